@@ -1,0 +1,60 @@
+// Ordered cells to an image: one interface, one backend per file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+
+#include "spillikin/base/image.h"
+#include "spillikin/integrate/transfer_function.h"
+#include "spillikin/mesh/field.h"
+#include "spillikin/mesh/mesh.h"
+#include "spillikin/project/camera.h"
+#include "spillikin/sort/sort.h"
+
+namespace spillikin::composite {
+
+enum class Backend : std::uint8_t { automatic, native, osmesa, egl };
+enum class Integration : std::uint8_t { exact, preintegrated, average, vertex };
+const char* name(Backend backend);
+const char* name(Integration integration);
+Backend backend(std::string_view name);          // throws Error that lists the names
+Integration integration(std::string_view name);  // throws Error that lists the names
+
+// Everything a frame is made of; all of it outlives the call. The field lies on `mesh`; on a mesh of tetrahedra it is
+// linear in each, on other cells it follows the face model; a cell field is constant in each cell.
+struct Frame {
+  const mesh::Mesh& mesh;
+  const mesh::Field& field;
+  const integrate::TransferFunction& transfer_function;  // extinction per world unit, final
+  const project::Camera& camera;
+  const sort::Order& order;
+  Integration integration = Integration::exact;
+  // Which of the inputs are the very same as in the call before, so that what was made of them may be kept.
+  bool same_mesh = false;
+  bool same_field = false;
+  bool same_transfer_function = false;
+};
+
+struct FrameStats {
+  double project_seconds = 0.0;
+  double composite_seconds = 0.0;
+  std::size_t fragments = 0;
+  std::size_t polygons = 0;
+  std::size_t flagged = 0, resolved = 0, unresolved = 0;  // certificate; the OpenGL backends have none
+  bool certified = false;
+};
+
+class Compositor {
+ public:
+  virtual ~Compositor() = default;
+  // `image` takes the camera's size. Throws Error when the device cannot hold the image.
+  virtual FrameStats draw(const Frame& frame, Image& image) = 0;
+  virtual Backend backend() const = 0;
+};
+
+// Throws Error when the backend is not available here, with the reason.
+std::unique_ptr<Compositor> makeCompositor(Backend backend);
+
+}  // namespace spillikin::composite

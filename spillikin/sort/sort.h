@@ -1,0 +1,69 @@
+// One interface for every visibility order: prepare once per geometry, ask once per viewpoint.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "spillikin/base/view.h"
+#include "spillikin/mesh/mesh.h"
+
+namespace spillikin::sort {
+
+enum class Algorithm : std::uint8_t {
+  automatic,
+  mpvo,
+  mpvonc,
+  xmpvo,
+  bsp_xmpvo,
+  power,
+  newell,
+  convexified,
+  centroid,
+  none,
+};
+// The names of the command line: "auto", "mpvo", "bsp-xmpvo", ...
+const char* name(Algorithm algorithm);
+Algorithm algorithm(std::string_view name);  // throws Error that lists the names
+
+// A half-space: the side where dot(normal, p) + offset >= 0.
+struct HalfSpace {
+  Vec3 normal{0.0};
+  double offset = 0.0;
+};
+
+// Where a cell of a cycle was cut: the entry's cell counts only inside all of its half-spaces. Sorted by entry.
+struct Cut {
+  std::uint32_t entry = 0;  // index into Order::cells
+  std::vector<HalfSpace> keep;
+};
+
+// A visibility order. Reused from view to view, it stops allocating.
+struct Order {
+  std::vector<mesh::Id> cells;  // back to front; every cell once, once per piece where it was cut
+  std::vector<std::uint32_t>
+      layer_offset;  // empty, or starts of runs of cells that do not obscure each other, and the end
+  std::vector<Cut> cuts;
+  std::vector<std::vector<mesh::Id>> cycles;  // strongly connected cells that were found, before any cut
+  bool exact = false;                         // proven right for this mesh and viewpoint
+};
+
+// Prepared by makeSorter for one geometry; the mesh must outlive it unchanged. operator() may run on all cores and
+// gives the same order whatever their number.
+class Sorter {
+ public:
+  virtual ~Sorter() = default;
+  virtual void operator()(const Viewpoint& viewpoint, Order& order) = 0;
+  virtual Algorithm algorithm() const = 0;  // never automatic: what was chosen
+  virtual std::string why() const = 0;      // one sentence: what makes this order exact or not on this mesh
+  virtual bool exact() const = 0;           // right from every viewpoint on this mesh
+  virtual std::size_t bytes() const = 0;    // kept by the sorter
+};
+
+// Throws Error when the algorithm cannot work on the mesh.
+std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh);
+
+}  // namespace spillikin::sort
