@@ -1,9 +1,11 @@
 // Meshes that the tests and benchmarks make: every generator takes a seed where it is random and has no file behind it.
+// All carry the smooth, nowhere zero point array "value" (see value.h).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "spillikin/mesh/source.h"
 
@@ -12,15 +14,17 @@ namespace spillikin::tests {
 // Delaunay tetrahedra of `points` random points in the unit cube, its corners among them: a convex mesh.
 mesh::Source delaunayCube(std::size_t points, std::uint64_t seed);
 
-// n^3 unit-cube cells: hexahedra, or each cut by the smallest-vertex rule into tetrahedra; inner points moved by up to
-// `jitter` of a cell (hexahedra then have non-planar faces).
+// n^3 cells of side 1 that fill the cube [0, n]^3: hexahedra, or each cut by the smallest-vertex rule into six
+// tetrahedra (6 n^3 of them); inner points moved by up to `jitter` of a cell along each axis (hexahedra then have
+// non-planar faces; below 0.2 no tetrahedron turns over).
 mesh::Source hexahedronGrid(std::size_t n, double jitter = 0.0, std::uint64_t seed = 1);
 mesh::Source tetrahedronGrid(std::size_t n, double jitter = 0.0, std::uint64_t seed = 1);
 
-// One cell of a VTK type with the given points.
+// One cell of a VTK type with the given points; a polyhedron (42) is their convex hull, coplanar points as one polygon.
 mesh::Source oneCell(std::uint8_t type, const std::vector<Vec3>& points);
 
-// Nonconvex meshes of tetrahedra: a thick spherical shell with an opening, two interlocked tori.
+// Nonconvex meshes of tetrahedra: a thick spherical shell, radii 0.6 and 1, with an opening towards +z (about
+// 33 n^2 max(1, n/4) tetrahedra); two interlocked tori of radius 1 and tube 0.3 (96 n^3 tetrahedra).
 mesh::Source shell(std::size_t n);
 mesh::Source interlockedTori(std::size_t n);
 
