@@ -16,6 +16,10 @@ namespace spillikin::io {
 // partial is ever left. Throws Error: unknown suffix, target that cannot be written, disk full.
 void writeImage(const std::string& path, const Image& image, const std::array<double, 4>& background = {0, 0, 0, 1});
 
+// Whether writeImage could write there, as far as that can be told before the picture is made: a known suffix, a folder
+// that exists and takes files. Throws the Error that writeImage would.
+void checkImagePath(const std::string& path);
+
 // Reads .png (8 bits to [0, 1], alpha 1 when it has none; premultiplied), .exr and .npy of the shape above.
 Image readImage(const std::string& path);
 
