@@ -239,7 +239,7 @@ Image Session::draw() {
   s.stats.composite.seconds = drawn.composite_seconds;
   s.stats.composite.fragments = drawn.fragments;
   s.stats.certificate = {drawn.certified, drawn.flagged, drawn.resolved, drawn.unresolved};
-  s.stats.total_seconds = s.clock.seconds();
+  s.stats.total_seconds = s.stats.load_seconds + s.clock.seconds();
   s.stats.peak_rss_bytes = peakResidentBytes();
   s.stats.threads = ThreadLimit::current();
   const bool certified = drawn.certified && drawn.unresolved == 0;
@@ -282,6 +282,9 @@ const mesh::Field& Session::drawnField() {
 const std::vector<mesh::Id>& Session::parent() const {
   static const std::vector<mesh::Id> itself;
   return impl_->tets ? impl_->tets->parent : itself;
+}
+void Session::setLoadSeconds(double seconds) {
+  impl_->stats.load_seconds = seconds;
 }
 const Stats& Session::stats() const {
   return impl_->stats;

@@ -86,6 +86,8 @@ class Session {
   const std::vector<mesh::Id>& parent() const;
 
   const Stats& stats() const;
+  // What reading the file took, for the statistics; total_seconds grows by it.
+  void setLoadSeconds(double seconds);
   // One line each; what a user should know about this picture. Filled by construction and by draw().
   const std::vector<std::string>& warnings() const;
 

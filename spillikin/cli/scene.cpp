@@ -1,0 +1,158 @@
+#include "spillikin/cli/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <string_view>
+
+#include "spillikin/base/error.h"
+#include "spillikin/cli/progress.h"
+#include "spillikin/io/read.h"
+#include "spillikin/io/read_colormap.h"
+#include "spillikin/render/defaults.h"
+
+namespace spillikin::cli {
+
+namespace {
+
+bool isPreset(const std::string& text) {
+  const auto names = integrate::presetNames();
+  return std::find(names.begin(), names.end(), text) != names.end();
+}
+
+integrate::TransferFunction look(const LookOptions& o, const render::Session& session) {
+  const mesh::Field& field = session.field();
+  if (o.tf.empty() || isPreset(o.tf)) {
+    const std::array<double, 2> range = o.range.value_or(std::array<double, 2>{field.lo, field.hi});
+    const auto tf = integrate::preset(o.tf.empty() ? integrate::default_preset : o.tf).mapped(range[0], range[1]);
+    return tf.scaled(o.opacity * render::extinctionFactor(session.mesh(), field, tf));
+  }
+  if (o.tf.find_first_of("./") == std::string::npos) (void)integrate::preset(o.tf);  // its message lists the presets
+  const render::Box box = render::boundingBox(session.mesh());
+  // ParaView's opacities are per unit distance, by default the box's diagonal over the cube root of the cell count.
+  const double unit = glm::length(box.upper - box.lower) / std::cbrt(static_cast<double>(session.mesh().cell_count()));
+  auto tf = io::readTransferFunction(o.tf, unit > 0.0 ? unit : 1.0);
+  if (o.range) {
+    auto points = tf.points();
+    const double lo = points.front().value;
+    const double hi = points.back().value;
+    for (auto& p : points) {
+      p.value =
+          hi > lo ? o.range->at(0) + (p.value - lo) / (hi - lo) * (o.range->at(1) - o.range->at(0)) : o.range->at(0);
+    }
+    tf = integrate::TransferFunction(std::move(points));
+  }
+  return tf.scaled(o.opacity);
+}
+
+}  // namespace
+
+int componentNumber(const std::string& text) {
+  if (text == "mag") return mesh::magnitude;
+  int number = -1;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || stop != text.data() + text.size() || number < 0) {
+    throw CLI::ValidationError(fmt::format("--component: '{}' should be mag, 0, 1, 2, ...", text));
+  }
+  return number;
+}
+
+View makeView(const ViewOptions& o, const mesh::Mesh& mesh) {
+  View view;
+  view.width = o.size[0];
+  view.height = o.size[1];
+  view.view_angle = o.view_angle;
+  const render::Box box = render::boundingBox(mesh);
+  if (o.parallel_scale) {
+    if (!(*o.parallel_scale > 0.0)) {
+      throw CLI::ValidationError(fmt::format("--parallel-scale: {} should be above 0", *o.parallel_scale));
+    }
+    view.parallel_scale = *o.parallel_scale;
+  }
+  if (view.width > 0 && view.height > 0 && view.view_angle > 0.0 && view.view_angle < 180.0) {
+    render::placeEye(view, box, {});
+  }
+  if (o.target) {
+    view.eye += *o.target - view.target;
+    view.target = *o.target;
+  }
+  if (o.eye) view.eye = *o.eye;
+  if (o.up) view.up = *o.up;
+  render::turnView(view, {o.azimuth, o.elevation, o.zoom});
+  view.clips = o.clips;
+  return view;
+}
+
+mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, double* seconds) {
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress("reading");
+  io::ReadOptions options;
+  options.step = field.step;
+  options.time = field.time;
+  options.progress = progress.callback();
+  mesh::Source source = io::readMesh(common.mesh, options);
+  if (seconds != nullptr) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return source;
+}
+
+std::size_t reportWarnings(const std::vector<std::string>& warnings, bool strict, std::size_t printed) {
+  for (std::size_t i = printed; i < warnings.size(); ++i) {
+    if (strict) throw Error(warnings[i] + " (an error because of --strict)");
+    fmt::print(stderr, "spillikin: warning: {}\n", warnings[i]);
+  }
+  return warnings.size();
+}
+
+render::Session openSession(const SceneOptions& o) {
+  const int component = componentNumber(o.field.component);
+  double load_seconds = 0.0;
+  mesh::Source source = readSource(o.common, o.field, &load_seconds);
+  render::Engine engine;
+  engine.sort = sort::algorithm(o.engine.sort);
+  engine.projection = render::projection(o.engine.project);
+  engine.integration = composite::integration(o.engine.integrate);
+  engine.backend = composite::backend(o.engine.backend);
+  render::Session session(std::move(source), engine);
+  session.setLoadSeconds(load_seconds);
+  session.setField(o.field.name, component);
+  session.setView(makeView(o.view, session.mesh()));
+  session.setTransferFunction(look(o.look, session));
+  return session;
+}
+
+std::string listFields(const mesh::Source& source) {
+  std::string text;
+  for (const mesh::Array& a : source.arrays) {
+    double lo = std::numeric_limits<double>::infinity();
+    double hi = -lo;
+    std::size_t bad = 0;
+    for (const double v : a.values) {
+      if (!std::isfinite(v)) {
+        ++bad;
+        continue;
+      }
+      lo = std::min(lo, v);
+      hi = std::max(hi, v);
+    }
+    text += fmt::format("{:<24} {:<5} {} component{}  {}{}\n", a.name,
+                        a.association == mesh::Association::points ? "point" : "cell", a.components,
+                        a.components == 1 ? " " : "s",
+                        lo <= hi ? fmt::format("{:.6g} .. {:.6g}", lo, hi) : "no finite value",
+                        bad > 0 ? fmt::format("  ({} not finite)", bad) : "");
+  }
+  return text;
+}
+
+bool listedFields(const SceneOptions& o) {
+  if (!o.field.list) return false;
+  fmt::print("{}", listFields(readSource(o.common, o.field)));
+  return true;
+}
+
+}  // namespace spillikin::cli

@@ -1,0 +1,38 @@
+// From options to a session: reads the mesh, chooses field, look and view, and passes warnings on.
+#pragma once
+
+#include <string>
+
+#include "spillikin/cli/options.h"
+#include "spillikin/render/session.h"
+
+namespace spillikin::cli {
+
+struct SceneOptions {
+  CommonOptions common;
+  ViewOptions view;
+  FieldOptions field;
+  LookOptions look;
+  EngineOptions engine;
+};
+
+// Reads the step of the mesh that the options name, with a progress bar.
+mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, double* seconds = nullptr);
+
+// A session with the field, view and look of the options. Warnings so far are printed, or thrown with --strict.
+render::Session openSession(const SceneOptions& options);
+
+View makeView(const ViewOptions& options, const mesh::Mesh& mesh);
+int componentNumber(const std::string& text);
+
+// Prints what has been warned of since `printed` lines, as `spillikin: warning: ...` on stderr; with --strict the first
+// one is thrown as an Error instead. Returns the number of lines printed in all.
+std::size_t reportWarnings(const std::vector<std::string>& warnings, bool strict, std::size_t printed = 0);
+
+// The arrays of a source, a line each, for --list-fields.
+std::string listFields(const mesh::Source& source);
+
+// What `--list-fields` does instead of the command: true when it was asked for and done.
+bool listedFields(const SceneOptions& options);
+
+}  // namespace spillikin::cli

@@ -1,0 +1,107 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "spillikin/cli/commands.h"
+#include "spillikin/cli/explain.h"
+#include "spillikin/cli/progress.h"
+#include "spillikin/cli/scene.h"
+#include "spillikin/cli/verify.h"
+#include "spillikin/io/write_image.h"
+
+namespace spillikin::cli {
+
+namespace {
+
+struct SortOptions : SceneOptions {
+  std::string order, stats;
+  bool verify = false;
+};
+
+// The file's cell ids, back to front: a cell that was cut, or drawn as tetrahedra, comes once per piece.
+std::vector<std::int64_t> fileIds(render::Session& session) {
+  const sort::Order& order = session.order();
+  const mesh::Mesh& mesh = session.drawnMesh();
+  std::vector<std::int64_t> ids(order.cells.size());
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    ids[i] = mesh.cell_file_id[order.cells[i]];
+  return ids;
+}
+
+std::string statistics(render::Session& session, const Verification* proof) {
+  session.order();
+  auto j = nlohmann::ordered_json::parse(render::toJson(session.stats()));
+  j.erase("project");
+  j.erase("composite");
+  j.erase("certificate");
+  if (proof != nullptr) {
+    j["verify"] = {{"rays", proof->rays}, {"pairs", proof->pairs}, {"inversions", proof->inversions}};
+    j["verify"]["overlaps"] = proof->overlaps;
+    for (const Inversion& i : proof->worst) {
+      j["verify"]["worst"].push_back(
+          {{"pixel", {i.x, i.y}}, {"front_cell", i.front}, {"back_cell", i.back}, {"depth", i.depth}});
+    }
+  }
+  return j.dump(2) + "\n";
+}
+
+void printProof(const Verification& proof) {
+  fmt::print("verified {} rays, {} pairs: {} inversions\n", proof.rays, proof.pairs, proof.inversions);
+  for (const Inversion& i : proof.worst) {
+    fmt::print("  pixel {},{}: cell {} is drawn over cell {}, which lies {:.6g} in front of it\n", i.x, i.y, i.back,
+               i.front, i.depth);
+  }
+  if (proof.overlaps > 0) {
+    fmt::print("  {} overlaps, for example of cells {} and {}\n", proof.overlaps, proof.first_overlap[0],
+               proof.first_overlap[1]);
+  }
+}
+
+int run(const SortOptions& o) {
+  const render::ThreadLimit limit(o.engine.threads);
+  render::Session session = openSession(o);
+  reportWarnings(session.warnings(), o.common.strict);
+  const sort::Order& order = session.order();
+  const render::Stats& stats = session.stats();
+  fmt::print("{} entries by {} in {:.4f} s after {:.4f} s of preparation, {:.1f} million cells/s\n", order.cells.size(),
+             stats.sort.algorithm, stats.sort.seconds, stats.sort.prepare_seconds, stats.sort.cells_per_second / 1e6);
+  fmt::print("{}: {}\n", order.exact ? "exact" : "not proven exact", stats.sort.why);
+  for (std::size_t i = 0; i < order.cycles.size() && i < 5; ++i) {
+    fmt::print("cycle of {} cells, among them {}\n", order.cycles[i].size(),
+               session.drawnMesh().cell_file_id[order.cycles[i].front()]);
+  }
+  if (!o.order.empty()) io::writeNpy(o.order, fileIds(session));
+  Verification proof;
+  if (o.verify) {
+    Progress progress("verifying");
+    proof = verify(session, progress.callback());
+    printProof(proof);
+  }
+  if (!o.stats.empty()) {
+    const std::string json = statistics(session, o.verify ? &proof : nullptr);
+    io::writeFile(o.stats, json.data(), json.size());
+  }
+  if (o.common.pixel) fmt::print("{}", explainPixel(session, o.common.pixel->at(0), o.common.pixel->at(1), true));
+  return 0;
+}
+
+}  // namespace
+
+Command addSort(CLI::App& app) {
+  auto* sub = app.add_subcommand("sort", "put the cells of a mesh in visibility order");
+  auto o = std::make_shared<SortOptions>();
+  addMesh(*sub, o->common);
+  sub->add_flag("--verify", o->verify, "prove the order: on every pixel's ray the cells must come by distance");
+  sub->add_option("--order", o->order, "write the file's cell ids, back to front, as int64")->type_name("FILE.npy");
+  sub->add_option("--stats", o->stats, "write what was done and how long it took, as JSON")->type_name("FILE");
+  addPixel(*sub, o->common);
+  addView(*sub, o->view);
+  addField(*sub, o->field);
+  addEngine(*sub, o->engine);
+  sub->footer("Example:\n  spillikin sort mesh.vtu --sort bsp-xmpvo --azimuth 30 --verify --order order.npy\n");
+  return [o] { return run(*o); };
+}
+
+}  // namespace spillikin::cli
