@@ -15,6 +15,7 @@
 #include "spillikin/cli/progress.h"
 #include "spillikin/io/read.h"
 #include "spillikin/io/read_colormap.h"
+#include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
 
 namespace spillikin::cli {
@@ -63,12 +64,11 @@ int componentNumber(const std::string& text) {
   return number;
 }
 
-View makeView(const ViewOptions& o, const mesh::Mesh& mesh) {
+View makeView(const ViewOptions& o, const render::Box& box) {
   View view;
   view.width = o.size[0];
   view.height = o.size[1];
   view.view_angle = o.view_angle;
-  const render::Box box = render::boundingBox(mesh);
   if (o.parallel_scale) {
     if (!(*o.parallel_scale > 0.0)) {
       throw CLI::ValidationError(fmt::format("--parallel-scale: {} should be above 0", *o.parallel_scale));
@@ -109,8 +109,20 @@ std::size_t reportWarnings(const std::vector<std::string>& warnings, bool strict
   return warnings.size();
 }
 
+View checkedView(const ViewOptions& o, const render::Box& box) {
+  View view = makeView(o, box);
+  try {
+    const project::Camera camera(view);
+  } catch (const Error& e) {
+    throw CLI::ValidationError(e.what());
+  }
+  return view;
+}
+
 render::Session openSession(const SceneOptions& o) {
   const int component = componentNumber(o.field.component);
+  // What is wrong with the arguments whatever the mesh is said before the mesh is read.
+  if (!o.view.eye && !o.view.target) checkedView(o.view, {{-1, -1, -1}, {1, 1, 1}});
   double load_seconds = 0.0;
   mesh::Source source = readSource(o.common, o.field, &load_seconds);
   render::Engine engine;
@@ -121,7 +133,7 @@ render::Session openSession(const SceneOptions& o) {
   render::Session session(std::move(source), engine);
   session.setLoadSeconds(load_seconds);
   session.setField(o.field.name, component);
-  session.setView(makeView(o.view, session.mesh()));
+  session.setView(checkedView(o.view, render::boundingBox(session.mesh())));
   session.setTransferFunction(look(o.look, session));
   return session;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "spillikin/cli/options.h"
+#include "spillikin/render/defaults.h"
 #include "spillikin/render/session.h"
 
 namespace spillikin::cli {
@@ -22,7 +23,10 @@ mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, 
 // A session with the field, view and look of the options. Warnings so far are printed, or thrown with --strict.
 render::Session openSession(const SceneOptions& options);
 
-View makeView(const ViewOptions& options, const mesh::Mesh& mesh);
+// The view of the options on a mesh with this box; checkedView throws CLI::ValidationError where no picture can be taken
+// from it.
+View makeView(const ViewOptions& options, const render::Box& box);
+View checkedView(const ViewOptions& options, const render::Box& box);
 int componentNumber(const std::string& text);
 
 // Prints what has been warned of since `printed` lines, as `spillikin: warning: ...` on stderr; with --strict the first
