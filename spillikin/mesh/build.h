@@ -36,8 +36,10 @@ struct BuildReport {
 Mesh build(const Source& source, BuildReport* report = nullptr);
 
 // Orders, for a mesh whose points, cell_type, cell_vertex* and polyhedron tables are filled, its faces and adjacency.
-// Same errors for faces of more than two cells. build() calls it; so does whoever makes a mesh from a mesh.
-void matchFaces(Mesh& mesh);
+// Same errors for faces of more than two cells. build() calls it; so does whoever makes a mesh from a mesh. Two cells
+// that lie on the same side of their common face overlap; each then keeps the face as an exterior one of its own, and
+// the number of such faces is returned. Linear, in parallel.
+std::size_t matchFaces(Mesh& mesh);
 
 // What only a look at the finished mesh tells; for `spillikin info`. Linear, apart from the components (near linear).
 struct Inspection {
