@@ -25,7 +25,8 @@ void checkImagePath(const std::string& path) {
   }
   if (fs::is_directory(target, error)) throw Error(fmt::format("{}: is a folder; name a file in it", path));
   if (access(folder.c_str(), W_OK) != 0) {
-    throw Error(fmt::format("{}: cannot be written: the folder {} takes no files; choose another", path, folder.string()));
+    throw Error(
+        fmt::format("{}: cannot be written: the folder {} takes no files; choose another", path, folder.string()));
   }
 }
 

@@ -26,4 +26,8 @@ struct ReadOptions {
 // Throws Error: missing, empty, truncated, misnamed or corrupt file, unknown suffix (lists the known), no such step.
 mesh::Source readMesh(const std::string& path, const ReadOptions& options = {});
 
+// The times of all steps in the file, ascending as the file has them; empty when it has none. Reads no more of the file
+// than its format demands. Same errors.
+std::vector<double> readTimes(const std::string& path);
+
 }  // namespace spillikin::io

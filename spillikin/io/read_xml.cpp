@@ -1,0 +1,45 @@
+// VTK's XML files of one data set, their parallel forms, and multi-block files.
+#include <fmt/format.h>
+#include <vtkSmartPointer.h>
+#include <vtkXMLImageDataReader.h>
+#include <vtkXMLMultiBlockDataReader.h>
+#include <vtkXMLPImageDataReader.h>
+#include <vtkXMLPRectilinearGridReader.h>
+#include <vtkXMLPStructuredGridReader.h>
+#include <vtkXMLPUnstructuredGridReader.h>
+#include <vtkXMLRectilinearGridReader.h>
+#include <vtkXMLStructuredGridReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
+
+#include "spillikin/base/error.h"
+#include "spillikin/io/pipeline.h"
+
+namespace spillikin::io {
+namespace {
+
+template <typename T>
+vtkSmartPointer<vtkXMLReader> make() {
+  return vtkSmartPointer<T>::New();
+}
+
+vtkSmartPointer<vtkXMLReader> readerFor(const std::string& suffix) {
+  if (suffix == ".vtu") return make<vtkXMLUnstructuredGridReader>();
+  if (suffix == ".vts") return make<vtkXMLStructuredGridReader>();
+  if (suffix == ".vtr") return make<vtkXMLRectilinearGridReader>();
+  if (suffix == ".vti") return make<vtkXMLImageDataReader>();
+  if (suffix == ".pvtu") return make<vtkXMLPUnstructuredGridReader>();
+  if (suffix == ".pvts") return make<vtkXMLPStructuredGridReader>();
+  if (suffix == ".pvtr") return make<vtkXMLPRectilinearGridReader>();
+  if (suffix == ".pvti") return make<vtkXMLPImageDataReader>();
+  return make<vtkXMLMultiBlockDataReader>();
+}
+
+}  // namespace
+
+mesh::Source readXml(const Request& request) {
+  const vtkSmartPointer<vtkXMLReader> reader = readerFor(suffixOf(request.path));
+  reader->SetFileName(request.path.c_str());
+  return run(reader, request);
+}
+
+}  // namespace spillikin::io
