@@ -1,0 +1,28 @@
+#include "spillikin/sort/mpvo.h"
+
+#include <utility>
+
+#include "spillikin/sort/cycles.h"
+
+namespace spillikin::sort {
+
+Mpvo::Mpvo(const mesh::Mesh& mesh) : Mpvo(mesh, convexity(mesh, exteriorTriangles(mesh))) {}
+
+Mpvo::Mpvo(const mesh::Mesh& mesh, Convexity convexity)
+    : mesh_(mesh), convexity_(std::move(convexity)), signs_(mesh), layered_(mesh) {}
+
+void Mpvo::operator()(const Viewpoint& viewpoint, Order& order) {
+  order.cuts.clear();
+  order.cycles.clear();
+  signs_(viewpoint);
+  order.exact = convexity_.convex && signs_.problems().empty();
+  const std::size_t listed = layered_(signs_, order);
+  if (listed < mesh_.cell_count() && !appendLeft(mesh_, layered_, nullptr, viewpoint, order)) order.exact = false;
+}
+
+std::string Mpvo::why() const {
+  if (convexity_.convex) return "the mesh is convex, so that every ray runs from cell to cell through shared faces";
+  return "the mesh is not convex (" + convexity_.why + "), and faces order nothing across empty space";
+}
+
+}  // namespace spillikin::sort

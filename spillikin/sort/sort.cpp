@@ -1,0 +1,58 @@
+#include "spillikin/sort/sort.h"
+
+#include <array>
+#include <utility>
+
+#include "spillikin/base/error.h"
+#include "spillikin/sort/mpvo.h"
+#include "spillikin/sort/power.h"
+#include "spillikin/sort/simple_orders.h"
+
+namespace spillikin::sort {
+namespace {
+
+constexpr std::array<std::pair<Algorithm, const char*>, 10> names{{{Algorithm::automatic, "auto"},
+                                                                   {Algorithm::mpvo, "mpvo"},
+                                                                   {Algorithm::mpvonc, "mpvonc"},
+                                                                   {Algorithm::xmpvo, "xmpvo"},
+                                                                   {Algorithm::bsp_xmpvo, "bsp-xmpvo"},
+                                                                   {Algorithm::power, "power"},
+                                                                   {Algorithm::newell, "newell"},
+                                                                   {Algorithm::convexified, "convexified"},
+                                                                   {Algorithm::centroid, "centroid"},
+                                                                   {Algorithm::none, "none"}}};
+
+}  // namespace
+
+const char* name(Algorithm algorithm) {
+  return names.at(static_cast<std::size_t>(algorithm)).second;
+}
+
+Algorithm algorithm(std::string_view name) {
+  std::string known;
+  for (const auto& [algorithm, text] : names) {
+    if (name == text) return algorithm;
+    known += known.empty() ? "" : ", ";
+    known += text;
+  }
+  throw Error("no sort is called '" + std::string(name) + "'; the sorts are " + known);
+}
+
+std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) {
+  switch (algorithm) {
+    case Algorithm::automatic:
+    case Algorithm::mpvo:
+      return std::make_unique<Mpvo>(mesh);
+    case Algorithm::power:
+      return std::make_unique<PowerSort>(mesh);
+    case Algorithm::centroid:
+      return std::make_unique<CentroidSort>(mesh);
+    case Algorithm::none:
+      return std::make_unique<FileOrder>(mesh);
+    default:
+      break;
+  }
+  throw Error(std::string("the sort '") + name(algorithm) + "' is not available yet; use --sort auto");
+}
+
+}  // namespace spillikin::sort
