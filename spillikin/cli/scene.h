@@ -23,8 +23,8 @@ mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, 
 // A session with the field, view and look of the options. Warnings so far are printed, or thrown with --strict.
 render::Session openSession(const SceneOptions& options);
 
-// The view of the options on a mesh with this box; checkedView throws CLI::ValidationError where no picture can be taken
-// from it.
+// The view of the options on a mesh with this box; checkedView throws CLI::ValidationError where no picture can be
+// taken from it.
 View makeView(const ViewOptions& options, const render::Box& box);
 View checkedView(const ViewOptions& options, const render::Box& box);
 int componentNumber(const std::string& text);

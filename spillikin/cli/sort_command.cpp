@@ -30,32 +30,45 @@ std::vector<std::int64_t> fileIds(render::Session& session) {
   return ids;
 }
 
-std::string statistics(render::Session& session, const Verification* proof) {
+// The file's id of a cell that is drawn.
+std::uint64_t fileId(render::Session& session, mesh::Id cell) {
+  return session.drawnMesh().cell_file_id[cell];
+}
+
+std::string statistics(render::Session& session, const sort::Tally* proof) {
   session.order();
   auto j = nlohmann::ordered_json::parse(render::toJson(session.stats()));
   j.erase("project");
   j.erase("composite");
   j.erase("certificate");
   if (proof != nullptr) {
-    j["verify"] = {{"rays", proof->rays}, {"pairs", proof->pairs}, {"inversions", proof->inversions}};
-    j["verify"]["overlaps"] = proof->overlaps;
-    for (const Inversion& i : proof->worst) {
-      j["verify"]["worst"].push_back(
-          {{"pixel", {i.x, i.y}}, {"front_cell", i.front}, {"back_cell", i.back}, {"depth", i.depth}});
+    auto& v = j["verify"];
+    v = {{"rays", proof->rays},
+         {"pairs", proof->pairs},
+         {"inversions", proof->inversions},
+         {"overlaps", proof->overlaps}};
+    v["worst"] = nlohmann::ordered_json::array();
+    for (const sort::Inversion& i : proof->worst) {
+      v["worst"].push_back({{"pixel", {i.x, i.y}},
+                            {"front_cell", fileId(session, i.front)},
+                            {"back_cell", fileId(session, i.back)},
+                            {"depth", i.depth}});
     }
   }
   return j.dump(2) + "\n";
 }
 
-void printProof(const Verification& proof) {
+void printProof(render::Session& session, const sort::Tally& proof) {
   fmt::print("verified {} rays, {} pairs: {} inversions\n", proof.rays, proof.pairs, proof.inversions);
-  for (const Inversion& i : proof.worst) {
-    fmt::print("  pixel {},{}: cell {} is drawn over cell {}, which lies {:.6g} in front of it\n", i.x, i.y, i.back,
-               i.front, i.depth);
+  for (const sort::Inversion& i : proof.worst) {
+    fmt::print("  pixel {},{}: cell {} is drawn over cell {}, which lies {:.6g} in front of it\n", i.x, i.y,
+               fileId(session, i.back), fileId(session, i.front), i.depth);
   }
-  if (proof.overlaps > 0) {
-    fmt::print("  {} overlaps, for example of cells {} and {}\n", proof.overlaps, proof.first_overlap[0],
-               proof.first_overlap[1]);
+  if (proof.overlaps == 0) return;
+  fmt::print("  {} overlaps of cells on a ray, where no order is right\n", proof.overlaps);
+  for (const auto& o : proof.first_overlaps) {
+    fmt::print("  pixel {},{}: cells {} and {} overlap\n", o.x, o.y, fileId(session, o.cells[0]),
+               fileId(session, o.cells[1]));
   }
 }
 
@@ -73,11 +86,11 @@ int run(const SortOptions& o) {
                session.drawnMesh().cell_file_id[order.cycles[i].front()]);
   }
   if (!o.order.empty()) io::writeNpy(o.order, fileIds(session));
-  Verification proof;
+  sort::Tally proof;
   if (o.verify) {
     Progress progress("verifying");
     proof = verify(session, progress.callback());
-    printProof(proof);
+    printProof(session, proof);
   }
   if (!o.stats.empty()) {
     const std::string json = statistics(session, o.verify ? &proof : nullptr);
