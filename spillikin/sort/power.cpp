@@ -3,6 +3,8 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include <algorithm>
+
 #include "spillikin/base/error.h"
 
 namespace spillikin::sort {
@@ -30,34 +32,47 @@ PowerSort::PowerSort(const mesh::Mesh& mesh) {
     throw Error(mesh.name + ": --sort power needs a mesh of tetrahedra alone; use --sort auto or --project tets");
   }
   if (!mesh.points.empty()) origin_ = mesh.points.front();
-  for (auto* coefficient : {&x_, &y_, &z_, &w_})
-    coefficient->resize(mesh.cell_count());
+  form_.resize(mesh.cell_count());
   tbb::parallel_for(Range(0, mesh.cell_count(), 4096), [&](const Range& range) {
     for (std::size_t c = range.begin(); c < range.end(); ++c) {
       const mesh::Id* v = mesh.cell_vertex.data() + 4 * c;
       const Vec3 a = mesh.points[v[0]] - origin_;
       const Vec3 centre = circumcentre(mesh.points[v[1]] - mesh.points[v[0]], mesh.points[v[2]] - mesh.points[v[0]],
                                        mesh.points[v[3]] - mesh.points[v[0]]);
-      x_[c] = static_cast<float>(-2.0 * (a.x + centre.x));
-      y_[c] = static_cast<float>(-2.0 * (a.y + centre.y));
-      z_[c] = static_cast<float>(-2.0 * (a.z + centre.z));
-      w_[c] = static_cast<float>(dot(a, a) + 2.0 * dot(a, centre));
+      form_[c] = Vec4(-2.0 * (a + centre), dot(a, a) + 2.0 * dot(a, centre));
     }
   });
 }
 
 void PowerSort::operator()(const Viewpoint& viewpoint, Order& order) {
-  const Vec3 local = viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - origin_;
-  const auto vx = static_cast<float>(local.x), vy = static_cast<float>(local.y), vz = static_cast<float>(local.z);
-  const float vw = viewpoint.w == 0.0 ? 0.0F : 1.0F;
+  const bool parallel = viewpoint.w == 0.0;
+  const Vec4 v(parallel ? Vec3(viewpoint) : Vec3(viewpoint) - origin_, parallel ? 0.0 : 1.0);
+  const auto distance = [&](std::size_t c) {
+    const Vec4& f = form_[c];
+    return f.x * v.x + f.y * v.y + f.z * v.z + f.w * v.w;
+  };
   auto& keys = radix_.keys();
-  keys.resize(x_.size());
+  keys.resize(form_.size());
   tbb::parallel_for(Range(0, keys.size(), 1 << 14), [&](const Range& range) {
-    for (std::size_t c = range.begin(); c < range.end(); ++c) {
-      keys[c] = descendingKey(x_[c] * vx + y_[c] * vy + z_[c] * vz + w_[c] * vw);
-    }
+    for (std::size_t c = range.begin(); c < range.end(); ++c)
+      keys[c] = descendingKey(static_cast<float>(distance(c)));
   });
   radix_(order.cells);
+  // Runs of equal keys, each by the task in whose range it begins.
+  const auto& sorted = radix_.sortedKeys();
+  tbb::parallel_for(Range(0, sorted.size(), 1 << 14), [&](const Range& range) {
+    for (std::size_t i = range.begin(); i < range.end();) {
+      std::size_t end = i + 1;
+      while (end < sorted.size() && sorted[end] == sorted[i])
+        ++end;
+      if (end - i > 1 && (i == 0 || sorted[i - 1] != sorted[i])) {
+        std::stable_sort(order.cells.begin() + static_cast<std::ptrdiff_t>(i),
+                         order.cells.begin() + static_cast<std::ptrdiff_t>(end),
+                         [&](mesh::Id a, mesh::Id b) { return distance(a) > distance(b); });
+      }
+      i = end;
+    }
+  });
   order.layer_offset.clear();
   order.cuts.clear();
   order.cycles.clear();
@@ -69,7 +84,7 @@ std::string PowerSort::why() const {
 }
 
 std::size_t PowerSort::bytes() const {
-  return 4 * x_.capacity() * sizeof(float) + radix_.bytes();
+  return form_.capacity() * sizeof(Vec4) + radix_.bytes();
 }
 
 }  // namespace spillikin::sort

@@ -11,7 +11,8 @@ namespace spillikin::sort {
 
 // Decreasing |V - c|^2 - r^2 (Edelsbrunner 1989; Max, Williams, Silva 2000, section III): a visibility order of a
 // Delaunay tetrahedralization, a preview elsewhere. Up to a term that is the same for all cells the distance is linear
-// in V, so that a cell is four floats. Needs tetrahedra: throws Error for any other mesh.
+// in V, so that a cell is four doubles. Cells are sorted by the distance rounded to float, which keeps order, and those
+// that then tie by the distance itself. Needs tetrahedra: throws Error for any other mesh.
 class PowerSort final : public Sorter {
  public:
   explicit PowerSort(const mesh::Mesh& mesh);
@@ -23,7 +24,7 @@ class PowerSort final : public Sorter {
 
  private:
   Vec3 origin_{0.0};
-  std::vector<float> x_, y_, z_, w_;  // of the linear form: -2 c and |c|^2 - r^2, relative to the origin
+  std::vector<Vec4> form_;  // -2 c and |c|^2 - r^2, relative to the origin
   RadixSort radix_;
 };
 

@@ -55,7 +55,7 @@ void RadixSort::operator()(std::vector<mesh::Id>& out) {
     forEachPart([&](std::uint32_t* next, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t at = next[digit(keys[i], pass)]++;
-        if (pass + 1 < passes) next_keys[at] = keys[i];
+        next_keys[at] = keys[i];
         next_ids[at] = pass == 0 ? static_cast<mesh::Id>(i) : ids[i];
       }
     });

@@ -22,6 +22,8 @@ class RadixSort {
   // One key per cell, to be written before a call; a call destroys them.
   std::vector<std::uint32_t>& keys() { return keys_; }
   void operator()(std::vector<mesh::Id>& out);
+  // The keys beside `out`, after a call.
+  const std::vector<std::uint32_t>& sortedKeys() const { return other_keys_; }
   std::size_t bytes() const;
 
  private:

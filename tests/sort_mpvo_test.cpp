@@ -1,0 +1,182 @@
+// MPVO and its parts: face signs against the exact predicate, orders against every face, layers, convexity.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <random>
+
+#include <oneapi/tbb/global_control.h>
+
+#include "spillikin/base/error.h"
+#include "spillikin/mesh/build.h"
+#include "spillikin/mesh/predicates.h"
+#include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/sort.h"
+#include "tests/support/meshes.h"
+
+namespace spillikin::sort {
+namespace {
+
+mesh::Mesh delaunay(std::size_t points, std::uint64_t seed) {
+  return mesh::build(tests::delaunayCube(points, seed));
+}
+
+// Viewpoints of every kind: outside, inside, far, parallel, on a vertex, on an edge, in a face's plane.
+std::vector<Viewpoint> viewpoints(const mesh::Mesh& mesh, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::vector<Viewpoint> views;
+  for (int i = 0; i < 6; ++i)
+    views.emplace_back(3.0 * unit(random), 3.0 * unit(random), 3.0 * unit(random), 1.0);
+  for (int i = 0; i < 3; ++i)
+    views.emplace_back(0.5 + 0.4 * unit(random), 0.5, 0.5 + 0.4 * unit(random), 1.0);
+  for (int i = 0; i < 3; ++i)
+    views.emplace_back(unit(random), unit(random), unit(random), 0.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    Viewpoint v(0.0);
+    v[axis] = axis == 1 ? -1.0 : 1.0;
+    views.push_back(v);
+  }
+  views.emplace_back(1e12, -3e11, 2e12, 1.0);
+  views.emplace_back(1e-200, 1.0, 0.0, 0.0);
+  const auto point = [&] { return mesh.points[random() % mesh.points.size()]; };
+  views.emplace_back(point(), 1.0);
+  const auto& t = mesh.cell_vertex;
+  views.emplace_back(0.5 * mesh.points[t[0]] + 0.5 * mesh.points[t[1]], 1.0);
+  views.emplace_back(mesh.points[t[0]] + mesh.points[t[1]] - mesh.points[t[2]], 1.0);
+  views.emplace_back(mesh.points[t[1]] - mesh.points[t[2]], 0.0);
+  return views;
+}
+
+int exactSign(const mesh::Mesh& mesh, mesh::Id a, mesh::Id b, mesh::Id c, const Viewpoint& v) {
+  return mesh::orientViewpoint(mesh.points[a], mesh.points[b], mesh.points[c], v);
+}
+
+TEST(FaceSigns, EqualTheExactPredicate) {
+  for (const auto& source : {tests::delaunayCube(300, 7), tests::tetrahedronGrid(4), tests::hexahedronGrid(4),
+                             tests::hexahedronGrid(4, 0.3, 5), tests::tetrahedronGrid(4, 0.2, 3)}) {
+    const mesh::Mesh mesh = mesh::build(source);
+    FaceSigns signs(mesh);
+    for (const Viewpoint& v : viewpoints(mesh, 11)) {
+      signs(v);
+      for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
+        const auto& t = mesh.triangle[f];
+        ASSERT_EQ(signs.sign(f), exactSign(mesh, t[0], t[1], t[2], v)) << "triangle " << f;
+      }
+      for (std::size_t q = 0; q < mesh.quad_count(); ++q) {
+        const auto& p = mesh.quad[q];
+        const auto face = static_cast<mesh::Id>(mesh.triangle_count() + q);
+        const int s = exactSign(mesh, p[0], p[1], p[2], v), t = exactSign(mesh, p[0], p[2], p[3], v);
+        ASSERT_EQ(signs.sign(signs.firstHalf(face)), s);
+        ASSERT_EQ(signs.sign(signs.secondHalf(face)), t);
+        const auto& problems = signs.problems();
+        ASSERT_EQ(std::find(problems.begin(), problems.end(), face) != problems.end(), s * t < 0);
+        if (s * t >= 0) {
+          ASSERT_EQ(signs.sign(signs.row(face)), s != 0 ? s : t);
+        }
+      }
+    }
+  }
+}
+
+TEST(FaceSigns, RarelyAskTheExactPredicate) {
+  const mesh::Mesh mesh = delaunay(3000, 1);
+  FaceSigns signs(mesh);
+  signs(Viewpoint(2.9, 1.3, 4.1, 1.0));
+  EXPECT_LT(signs.exactCalls(), mesh.face_count() / 500);
+  const mesh::Mesh grid = mesh::build(tests::tetrahedronGrid(12));
+  FaceSigns grid_signs(grid);
+  grid_signs(Viewpoint(0.0, 0.0, 1.0, 0.0));
+  EXPECT_EQ(grid_signs.exactCalls(), 0U);
+}
+
+// Every interior face has its cells in the right order; every cell comes once; layers hold no two neighbours.
+void expectSorted(const mesh::Mesh& mesh, const Viewpoint& v, const Order& order) {
+  ASSERT_EQ(order.cells.size(), mesh.cell_count());
+  std::vector<std::size_t> position(mesh.cell_count(), mesh.cell_count());
+  for (std::size_t i = 0; i < order.cells.size(); ++i)
+    position[order.cells[i]] = i;
+  ASSERT_EQ(std::count(position.begin(), position.end(), mesh.cell_count()), 0);
+  std::vector<std::size_t> layer(order.cells.size());
+  for (std::size_t l = 0; l + 1 < order.layer_offset.size(); ++l) {
+    for (std::size_t i = order.layer_offset[l]; i < order.layer_offset[l + 1]; ++i)
+      layer[i] = l;
+  }
+  ASSERT_EQ(order.layer_offset.back(), order.cells.size());
+  for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
+    const auto [behind, front] = mesh.triangle_cells[f];
+    if (front == mesh::none) continue;
+    const auto& t = mesh.triangle[f];
+    const int s = exactSign(mesh, t[0], t[1], t[2], v);
+    if (s == 0) continue;
+    ASSERT_EQ(position[behind]<position[front], s> 0);
+    ASSERT_NE(layer[position[behind]], layer[position[front]]);
+  }
+}
+
+TEST(Mpvo, OrdersConvexMeshesByEveryFace) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const mesh::Mesh mesh = delaunay(400, seed);
+    const auto sorter = makeSorter(Algorithm::mpvo, mesh);
+    EXPECT_TRUE(sorter->exact()) << sorter->why();
+    Order order;
+    for (const Viewpoint& v : viewpoints(mesh, seed)) {
+      (*sorter)(v, order);
+      EXPECT_TRUE(order.exact);
+      EXPECT_TRUE(order.cycles.empty());
+      expectSorted(mesh, v, order);
+    }
+  }
+}
+
+TEST(Mpvo, IsTheSameOnAnyNumberOfThreads) {
+  const mesh::Mesh mesh = mesh::build(tests::tetrahedronGrid(32, 0.2, 9));
+  const auto sorter = makeSorter(Algorithm::mpvo, mesh);
+  Order one, many;
+  {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+    (*sorter)(Viewpoint(3.0, 2.0, 5.0, 1.0), one);
+  }
+  (*sorter)(Viewpoint(3.0, 2.0, 5.0, 1.0), many);
+  EXPECT_EQ(one.cells, many.cells);
+  EXPECT_EQ(one.layer_offset, many.layer_offset);
+  expectSorted(mesh, Viewpoint(3.0, 2.0, 5.0, 1.0), many);
+}
+
+TEST(Mpvo, KnowsConvexMeshesFromOthers) {
+  EXPECT_TRUE(makeSorter(Algorithm::mpvo, mesh::build(tests::tetrahedronGrid(3)))->exact());
+  EXPECT_TRUE(makeSorter(Algorithm::mpvo, mesh::build(tests::hexahedronGrid(3)))->exact());
+  EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::shell(4)))->exact());
+  EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::interlockedTori(12)))->exact());
+}
+
+TEST(Power, OrdersDelaunayMeshes) {
+  const mesh::Mesh mesh = delaunay(400, 4);
+  const auto sorter = makeSorter(Algorithm::power, mesh);
+  Order order;
+  (*sorter)(Viewpoint(2.0, 3.0, 4.0, 1.0), order);
+  order.layer_offset.resize(mesh.cell_count() + 1);
+  std::iota(order.layer_offset.begin(), order.layer_offset.end(), 0U);
+  expectSorted(mesh, Viewpoint(2.0, 3.0, 4.0, 1.0), order);
+}
+
+TEST(Sorts, AreFoundByName) {
+  EXPECT_EQ(algorithm("bsp-xmpvo"), Algorithm::bsp_xmpvo);
+  EXPECT_STREQ(name(Algorithm::automatic), "auto");
+  EXPECT_THROW(algorithm("quick"), Error);
+  EXPECT_THROW(makeSorter(Algorithm::power, mesh::build(tests::hexahedronGrid(2))), Error);
+}
+
+TEST(FileOrder, IsTheFilesOrder) {
+  const mesh::Mesh mesh = delaunay(200, 5);
+  const auto sorter = makeSorter(Algorithm::none, mesh);
+  Order order;
+  (*sorter)(Viewpoint(0.0, 0.0, 1.0, 0.0), order);
+  std::vector<mesh::Id> file;
+  for (const mesh::Id c : order.cells)
+    file.push_back(mesh.cell_file_id[c]);
+  EXPECT_TRUE(std::is_sorted(file.begin(), file.end()));
+}
+
+}  // namespace
+}  // namespace spillikin::sort
