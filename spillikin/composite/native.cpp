@@ -1,0 +1,118 @@
+#include "spillikin/composite/backends.h"
+
+#include <oneapi/tbb/combinable.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "spillikin/base/error.h"
+#include "spillikin/composite/native_bins.h"
+#include "spillikin/composite/native_screen.h"
+#include "spillikin/composite/native_tile.h"
+
+namespace spillikin::composite {
+
+namespace {
+
+using namespace native;
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Tile lists longer than this are made for a part of the image at a time: 4 bytes an entry, or a few for each cell.
+std::size_t maxEntries(std::size_t cells) {
+  return std::max<std::size_t>(std::size_t{1} << 24U, 8 * cells);
+}
+
+class Native final : public Compositor {
+ public:
+  FrameStats draw(const Frame& frame, Image& image) override;
+  Backend backend() const override { return Backend::native; }
+
+ private:
+  void drawRegion(const Box& region, Image& image, FrameStats& stats);
+  void drawTiles(const Box& region, Image& image, FrameStats& stats);
+
+  Screen screen_;
+  Bins bins_;
+  tbb::enumerable_thread_specific<std::unique_ptr<TilePainter>> painters_;
+};
+
+FrameStats Native::draw(const Frame& frame, Image& image) {
+  if (frame.integration != Integration::exact) {
+    throw Error(
+        "the native backend composites by exact integration only; ask for --integration exact or another backend");
+  }
+  const int width = frame.camera.width();
+  const int height = frame.camera.height();
+  image.width = width;
+  image.height = height;
+  image.rgba.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+  FrameStats stats;
+  const auto start = Clock::now();
+  screen_.set(frame);
+  stats.project_seconds = secondsSince(start);
+  constexpr int step = max_region_tiles * tile_size;
+  for (int y = 0; y < height; y += step) {
+    for (int x = 0; x < width; x += step) {
+      drawRegion({x, y, std::min(x + step, width), std::min(y + step, height)}, image, stats);
+    }
+  }
+  stats.certified = stats.unresolved == 0;
+  return stats;
+}
+
+// Halves the region until its lists fit the memory promised; a single tile's always do.
+void Native::drawRegion(const Box& region, Image& image, FrameStats& stats) {
+  const auto start = Clock::now();
+  const bool fits = bins_.fill(screen_, region, maxEntries(screen_.mesh().cell_count()));
+  stats.project_seconds += secondsSince(start);
+  if (fits) {
+    drawTiles(region, image, stats);
+    return;
+  }
+  Box a = region;
+  Box b = region;
+  if (bins_.columns() >= bins_.rows()) {
+    a.x1 = b.x0 = region.x0 + bins_.columns() / 2 * tile_size;
+  } else {
+    a.y1 = b.y0 = region.y0 + bins_.rows() / 2 * tile_size;
+  }
+  drawRegion(a, image, stats);
+  drawRegion(b, image, stats);
+}
+
+void Native::drawTiles(const Box& region, Image& image, FrameStats& stats) {
+  const auto start = Clock::now();
+  tbb::combinable<TileStats> sums;
+  tbb::parallel_for(std::size_t{0}, bins_.tile_count(), [&](std::size_t tile) {
+    std::unique_ptr<TilePainter>& painter = painters_.local();
+    if (!painter) painter = std::make_unique<TilePainter>();
+    const int x = region.x0 + static_cast<int>(tile % static_cast<std::size_t>(bins_.columns())) * tile_size;
+    const int y = region.y0 + static_cast<int>(tile / static_cast<std::size_t>(bins_.columns())) * tile_size;
+    const Box window{x, y, std::min(x + tile_size, region.x1), std::min(y + tile_size, region.y1)};
+    sums.local().add(painter->paint(screen_, bins_.tile(tile), window, image));
+  });
+  const TileStats sum = sums.combine([](TileStats a, const TileStats& b) {
+    a.add(b);
+    return a;
+  });
+  stats.polygons += bins_.entries();
+  stats.fragments += sum.fragments;
+  stats.flagged += sum.flagged;
+  stats.resolved += sum.resolved;
+  stats.unresolved += sum.unresolved;
+  stats.composite_seconds += secondsSince(start);
+}
+
+}  // namespace
+
+std::unique_ptr<Compositor> makeNative() {
+  return std::make_unique<Native>();
+}
+
+}  // namespace spillikin::composite

@@ -1,0 +1,64 @@
+// Cells in visibility order, handed out to the screen tiles that they may cover.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "spillikin/composite/native_cell.h"
+#include "spillikin/composite/native_screen.h"
+
+namespace spillikin::composite::native {
+
+inline constexpr int tile_size = 32;          // pixels; a tile's state fits the first level of cache
+inline constexpr int max_region_tiles = 255;  // per side, so that a cell's tiles fit four bytes
+
+// One cell of a tile's list: a cell's id, or, with the top bit set, an index into the order's cuts.
+struct Entry {
+  static constexpr std::uint32_t cut_bit = 1U << 31U;
+  std::uint32_t packed = 0;
+  bool cut() const { return (packed & cut_bit) != 0; }
+  std::uint32_t index() const { return packed & ~cut_bit; }
+};
+
+// The tiles that a cell may cover, first and last, relative to the region; lo > hi where there are none.
+struct TileBox {
+  std::uint8_t x0 = 1, y0 = 1, x1 = 0, y1 = 0;
+};
+static_assert(sizeof(TileBox) == 4);
+
+class Bins {
+ public:
+  // Sorts the order's cells into the tiles of `region` (pixels, its corner a multiple of tile_size, at most
+  // max_region_tiles tiles wide and high), nearest first. False, and nothing is kept, when that would take more than
+  // `max_entries` and the region has more than one tile. Two passes over the order, each parallel by chunks of it; the
+  // lists do not depend on the threads.
+  bool fill(const Screen& screen, const Box& region, std::size_t max_entries);
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  std::size_t tile_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
+  std::span<const Entry> tile(std::size_t index) const {
+    return {entries_.data() + offset_[index], entries_.data() + offset_[index + 1]};
+  }
+  std::size_t entries() const { return offset_.empty() ? 0 : offset_.back(); }
+  std::size_t bytes() const;
+
+ private:
+  void findBoxes(const Screen& screen, const Box& region);
+  void count(const Screen& screen);
+  bool layOut(std::size_t max_entries);
+  void place(const Screen& screen);
+  template <class Visit>
+  void visitChunk(const Screen& screen, std::size_t chunk, const Visit& visit) const;
+
+  int columns_ = 0, rows_ = 0;
+  std::size_t chunks_ = 0;
+  std::vector<TileBox> boxes_;         // per cell
+  std::vector<std::uint32_t> counts_;  // per chunk and tile; while placing, where the next entry goes
+  std::vector<std::size_t> offset_;    // per tile + 1
+  std::vector<Entry> entries_;
+};
+
+}  // namespace spillikin::composite::native

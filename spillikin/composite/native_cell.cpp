@@ -1,0 +1,213 @@
+#include "spillikin/composite/native_cell.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <utility>
+
+namespace spillikin::composite::native {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// The side of a form of (x, y, 1), with the ray moved by nothing at all to the right, and less downwards, where it
+// meets the line: every line has a side for every ray, the same for all who ask.
+bool positive(const Vec3& form, double at) {
+  if (at != 0.0) return at > 0.0;
+  if (form.x != 0.0) return form.x > 0.0;
+  return form.y > 0.0;
+}
+
+// Screen extent as pixels whose centres lie in it, with a margin for the rounding of the projection.
+constexpr double box_margin = 1e-6;  // pixels
+
+struct Extent {
+  double x0 = infinity, y0 = infinity, x1 = -infinity, y1 = -infinity;
+  void add(double x, double y) {
+    x0 = std::min(x0, x);
+    x1 = std::max(x1, x);
+    y0 = std::min(y0, y);
+    y1 = std::max(y1, y);
+  }
+};
+
+int firstCentre(double lo, int begin, int end) {
+  return static_cast<int>(std::clamp(std::ceil(lo - 0.5 - box_margin), double(begin), double(end)));
+}
+int pastCentre(double hi, int begin, int end) {
+  return static_cast<int>(std::clamp(std::floor(hi - 0.5 + box_margin) + 1.0, double(begin), double(end)));
+}
+
+}  // namespace
+
+// A hull that crosses the eye plane reaches to infinity on the sides where its edges meet that plane.
+Box pixelBox(const Screen& screen, std::span<const mesh::Id> vertices, const Box& window) {
+  Extent extent;
+  bool behind = false;
+  for (const mesh::Id id : vertices) {
+    const Vertex& v = screen.vertex(id);
+    if (screen.parallel()) {
+      extent.add(v.x, v.y);
+    } else if (v.w > 0.0) {
+      extent.add(v.x / v.w, v.y / v.w);
+    } else {
+      behind = true;
+    }
+  }
+  if (extent.x0 > extent.x1) return {};
+  if (behind) {
+    for (const mesh::Id front : vertices) {
+      const Vertex& a = screen.vertex(front);
+      if (!(a.w > 0.0)) continue;
+      for (const mesh::Id back : vertices) {
+        const Vertex& b = screen.vertex(back);
+        if (b.w > 0.0) continue;
+        const double x = a.x * -b.w + b.x * a.w;
+        const double y = a.y * -b.w + b.y * a.w;
+        if (x >= 0.0) extent.x1 = infinity;
+        if (x <= 0.0) extent.x0 = -infinity;
+        if (y >= 0.0) extent.y1 = infinity;
+        if (y <= 0.0) extent.y0 = -infinity;
+      }
+    }
+  }
+  return {firstCentre(extent.x0, window.x0, window.x1), firstCentre(extent.y0, window.y0, window.y1),
+          pastCentre(extent.x1, window.x0, window.x1), pastCentre(extent.y1, window.y0, window.y1)};
+}
+
+void CellShape::set(const Screen& screen, mesh::Id cell, const std::vector<sort::HalfSpace>* keep, int x0, int y0) {
+  screen_ = &screen;
+  keep_ = keep;
+  x0_ = x0;
+  y0_ = y0;
+  const mesh::Field& field = screen.frame().field;
+  constant_ = field.association == mesh::Association::cells;
+  cell_value_ = constant_ ? field.values[cell] : 0.0;
+  mesh::surface(screen.mesh(), cell, surface_);
+  triangles_.clear();
+  for (const std::array<mesh::Id, 3>& corner : surface_.triangles)
+    addTriangle(corner);
+  const auto vertices = screen.mesh().vertices(cell);
+  corners_.assign(vertices.begin(), vertices.end());
+}
+
+Box CellShape::pixels(const Box& window) const {
+  return pixelBox(*screen_, corners_, window);
+}
+
+void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
+  std::array<mesh::Id, 3> id = corner;
+  Triangle t;
+  const auto order = [&](std::size_t i, std::size_t j) {
+    if (id[i] > id[j]) {
+      std::swap(id[i], id[j]);
+      t.turned = !t.turned;
+    }
+  };
+  order(0, 1);
+  order(1, 2);
+  order(0, 1);
+  std::array<Vec3, 3> p;
+  t.lo = infinity;
+  t.hi = -infinity;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vertex& v = screen_->vertex(id[i]);
+    const double weight = screen_->parallel() ? 1.0 : v.w;
+    p[i] = {v.x - x0_ * weight, v.y - y0_ * weight, weight};
+    t.value[i] = constant_ ? cell_value_ : screen_->frame().field.values[id[i]];
+    t.lo = std::min(t.lo, v.w);
+    t.hi = std::max(t.hi, v.w);
+  }
+  // Two triangles that share an edge agree on its form up to the sign.
+  t.edge = {glm::cross(p[0], p[1]), glm::cross(p[1], p[2]), -glm::cross(p[0], p[2])};
+  if (screen_->parallel()) {
+    const double w0 = screen_->vertex(id[0]).w;
+    t.depth_form = Vec3(w0, screen_->vertex(id[1]).w - w0, screen_->vertex(id[2]).w - w0);
+  } else {
+    t.depth_factor = glm::dot(p[0], glm::cross(p[1] - p[0], p[2] - p[0]));
+  }
+  triangles_.push_back(t);
+}
+
+bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
+  const double ab = glm::dot(t.edge[0], ray);
+  const double bc = glm::dot(t.edge[1], ray);
+  const double ca = glm::dot(t.edge[2], ray);
+  const bool side = positive(t.edge[0], ab);
+  // The third form is stored turned round; its tie must fall as its neighbours see it.
+  if (side != positive(t.edge[1], bc) || side == positive(-t.edge[2], -ca)) return false;
+  const double plane = (ab + bc) + ca;
+  const double b = plane != 0.0 ? ca / plane : 1.0 / 3.0;
+  const double c = plane != 0.0 ? ab / plane : 1.0 / 3.0;
+  double depth;
+  if (screen_->parallel()) {
+    depth = t.depth_form.x + b * t.depth_form.y + c * t.depth_form.z;
+  } else {
+    depth = plane != 0.0 ? t.depth_factor / plane : t.lo;
+  }
+  out.depth = std::clamp(depth, t.lo, t.hi);
+  out.value = t.value[0] + b * (t.value[1] - t.value[0]) + c * (t.value[2] - t.value[0]);
+  out.leaves = side != t.turned;
+  return true;
+}
+
+void CellShape::spans(double x, double y, std::vector<Span>& out) {
+  out.clear();
+  crossings_.clear();
+  const Vec3 ray(x - x0_, y - y0_, 1.0);
+  Crossing crossing;
+  for (const Triangle& t : triangles_) {
+    if (cross(t, ray, crossing)) crossings_.push_back(crossing);
+  }
+  // Where two crossings meet, the one that leaves comes first: an interval between them would be of no length.
+  std::sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) {
+    return a.depth != b.depth ? a.depth < b.depth : a.leaves > b.leaves;
+  });
+  for (std::size_t i = 0; i + 1 < crossings_.size(); ++i) {
+    const Crossing& a = crossings_[i];
+    const Crossing& b = crossings_[i + 1];
+    if (!a.leaves && b.leaves) out.push_back({a.depth, b.depth, a.value, b.value});
+  }
+  trim(x, y, out);
+}
+
+// The field runs on as if nothing had been cut: the scalar at a trimmed end is the line's value there.
+void CellShape::trim(double x, double y, std::vector<Span>& out) const {
+  double lo = screen_->parallel() ? -infinity : 0.0;
+  double hi = infinity;
+  const auto apply = [&](const sort::HalfSpace& h) {
+    const Limit l = screen_->limit(h, x, y);
+    if (l.slope > 0.0) {
+      lo = std::max(lo, -l.at / l.slope);
+    } else if (l.slope < 0.0) {
+      hi = std::min(hi, -l.at / l.slope);
+    } else if (l.at < 0.0) {
+      hi = -infinity;
+    }
+  };
+  for (const sort::HalfSpace& h : screen_->clips())
+    apply(h);
+  if (keep_ != nullptr) {
+    for (const sort::HalfSpace& h : *keep_)
+      apply(h);
+  }
+  std::size_t kept = 0;
+  for (const Span& s : out) {
+    Span cut = s;
+    const double slope = s.front == s.back ? 0.0 : (s.back - s.front) / (s.far - s.near);
+    if (cut.near < lo) {
+      cut.near = lo;
+      cut.front = std::clamp(s.front + slope * (lo - s.near), std::min(s.front, s.back), std::max(s.front, s.back));
+    }
+    if (cut.far > hi) {
+      cut.far = hi;
+      cut.back = std::clamp(s.front + slope * (hi - s.near), std::min(s.front, s.back), std::max(s.front, s.back));
+    }
+    if (cut.far > cut.near) out[kept++] = cut;
+  }
+  out.resize(kept);
+}
+
+}  // namespace spillikin::composite::native

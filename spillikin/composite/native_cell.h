@@ -1,0 +1,71 @@
+// Where rays cross one cell, in double precision: any cell, cut or whole, seen from outside or inside. The vector
+// kernels' rare cases come here, and every pixel whose fragments must be put in order again.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "spillikin/composite/native_screen.h"
+
+namespace spillikin::composite::native {
+
+// One interval of a ray inside a cell: depths, and the scalar (as in the mesh, not scaled) at both ends.
+struct Span {
+  double near = 0.0, far = 0.0;
+  double front = 0.0, back = 0.0;
+};
+
+// Half-open range of pixels.
+struct Box {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+// Prepared for one cell, asked for many rays. Reused, it stops allocating.
+class CellShape {
+ public:
+  // `keep`: half-spaces that the piece of the cell is limited to, or null. Coordinates are taken relative to the pixel
+  // corner (x0, y0), which should be near the rays asked for. Cost: linear in the cell's faces.
+  void set(const Screen& screen, mesh::Id cell, const std::vector<sort::HalfSpace>* keep, int x0, int y0);
+
+  // The pixels of `window` whose centres the cell may cover.
+  Box pixels(const Box& window) const;
+
+  // The intervals on the ray through image position (x, y), near to far, trimmed by the eye, the clip planes and the
+  // piece's half-spaces; `out` is overwritten. Depths on a triangle are the same to the bit from both its cells.
+  void spans(double x, double y, std::vector<Span>& out);
+
+ private:
+  struct Triangle {
+    // Corners in the order of their ids: the forms e_ab, e_bc, e_ca of (x, y, 1), and the same of the plane.
+    std::array<Vec3, 3> edge;
+    double depth_factor = 0.0;  // depth = depth_factor / plane in perspective
+    Vec3 depth_form{0.0};       // depth = form / plane in a parallel view
+    std::array<double, 3> value{};
+    double lo = 0.0, hi = 0.0;  // depths of the corners
+    bool turned = false;        // outward is against the order of the ids
+  };
+  struct Crossing {
+    double depth = 0.0;
+    double value = 0.0;
+    bool leaves = false;
+  };
+  void addTriangle(const std::array<mesh::Id, 3>& corner);
+  bool cross(const Triangle& triangle, const Vec3& ray, Crossing& out) const;
+  void trim(double x, double y, std::vector<Span>& out) const;
+
+  const Screen* screen_ = nullptr;
+  const std::vector<sort::HalfSpace>* keep_ = nullptr;
+  int x0_ = 0, y0_ = 0;
+  bool constant_ = false;
+  double cell_value_ = 0.0;
+  mesh::Surface surface_;
+  std::vector<Triangle> triangles_;
+  std::vector<mesh::Id> corners_;
+  std::vector<Crossing> crossings_;
+};
+
+// The pixels whose centres a hull of vertices may cover, eye plane or not.
+Box pixelBox(const Screen& screen, std::span<const mesh::Id> vertices, const Box& window);
+
+}  // namespace spillikin::composite::native

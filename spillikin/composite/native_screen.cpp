@@ -1,0 +1,141 @@
+#include "spillikin/composite/native_screen.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <utility>
+
+namespace spillikin::composite::native {
+
+namespace {
+
+using Range = tbb::blocked_range<std::size_t>;
+constexpr std::size_t grain = 1 << 14;
+
+// A camera farther from the mesh than this share of its farthest depth keeps depths relative to the mesh's middle;
+// nearer, or inside, plain inverse depth is the finer scale.
+constexpr double far_share = 0.25;
+
+struct Extent {
+  double lo = std::numeric_limits<double>::infinity();
+  double hi = -std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+void Screen::set(const Frame& frame) {
+  frame_ = &frame;
+  const bool same_values = frame.same_mesh && frame.same_field && frame.same_transfer_function && !vertices_.empty();
+  if (!same_values) {
+    setScale(frame);
+    setValues(frame);
+  }
+  setVertices(frame);
+  setClips(frame);
+}
+
+std::uint32_t Screen::piece(double value) const {
+  return static_cast<std::uint32_t>(std::upper_bound(breaks_.begin(), breaks_.end(), value) - breaks_.begin());
+}
+
+// Piece k runs from point k - 1 to point k; the first and the last are constant.
+void Screen::setScale(const Frame& frame) {
+  const auto& points = frame.transfer_function.points();
+  const double span = frame.field.hi - frame.field.lo;
+  value_lo_ = frame.field.lo;
+  value_scale_ = span > 0.0 && std::isfinite(1.0 / span) ? 1.0 / span : 1.0;
+  breaks_.clear();
+  pieces_.assign(points.size() + 1, Piece{});
+  for (std::size_t k = 0; k <= points.size(); ++k) {
+    const integrate::ControlPoint& a = points[k == 0 ? 0 : k - 1];
+    const integrate::ControlPoint& b = points[std::min(k, points.size() - 1)];
+    const double begin = scaled(a.value);
+    const double length = scaled(b.value) - begin;
+    // The anchor lies where the mesh's values are, so that small differences from it are exact.
+    const double anchor = length > 0.0 ? std::clamp(0.0, begin, begin + length) : std::clamp(begin, 0.0, 1.0);
+    const auto at = [&](double u, double v) { return length > 0.0 ? u + (v - u) * ((anchor - begin) / length) : u; };
+    const auto slope = [&](double u, double v) { return length > 0.0 ? (v - u) / length : 0.0; };
+    Piece& piece = pieces_[k];
+    piece.anchor = static_cast<float>(anchor);
+    piece.extinction = static_cast<float>(at(a.extinction, b.extinction));
+    piece.extinction_slope = static_cast<float>(slope(a.extinction, b.extinction));
+    for (std::size_t c = 0; c < 3; ++c) {
+      piece.color[c] = static_cast<float>(at(a.color[c], b.color[c]));
+      piece.color_slope[c] = static_cast<float>(slope(a.color[c], b.color[c]));
+    }
+    piece.end = k < points.size() ? static_cast<float>(scaled(points[k].value)) : std::numeric_limits<float>::max();
+    if (k < points.size()) breaks_.push_back(points[k].value);
+  }
+}
+
+void Screen::setValues(const Frame& frame) {
+  const std::vector<double>& values = frame.field.values;
+  vertices_.resize(frame.mesh.points.size());
+  const bool of_cells = frame.field.association == mesh::Association::cells;
+  cell_values_.resize(of_cells ? values.size() : 0);
+  cell_pieces_.resize(of_cells ? values.size() : 0);
+  tbb::parallel_for(Range(0, values.size(), grain), [&](const Range& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const bool known = std::isfinite(values[i]);  // else a cell that shows it is hidden
+      const float value = known ? static_cast<float>(scaled(values[i])) : 0.0F;
+      const std::uint32_t k = known ? piece(values[i]) : 0;
+      if (of_cells) {
+        cell_values_[i] = value;
+        cell_pieces_[i] = k;
+      } else {
+        vertices_[i].value = value;
+        vertices_[i].piece = k;
+      }
+    }
+  });
+}
+
+void Screen::setVertices(const Frame& frame) {
+  const std::vector<Vec3>& points = frame.mesh.points;
+  // Copies: what the loop writes cannot alias them.
+  const project::Camera& camera = frame.camera;
+  const Extent extent = tbb::parallel_reduce(
+      Range(0, points.size(), grain), Extent{},
+      [&](const Range& range, Extent e) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+          const Vec3 p = camera.toScreen(points[i]);
+          Vertex& v = vertices_[i];
+          v.x = p.x;
+          v.y = p.y;
+          v.w = p.z;
+          e.lo = std::min(e.lo, p.z);
+          e.hi = std::max(e.hi, p.z);
+        }
+        return e;
+      },
+      [](const Extent& a, const Extent& b) {
+        return Extent{std::min(a.lo, b.lo), std::max(a.hi, b.hi)};
+      });
+  depths_.parallel = camera.parallel();
+  depths_.lo = extent.lo;
+  depths_.hi = extent.hi;
+  if (depths_.parallel) {
+    depths_.z0 = 0.5 * (extent.lo + extent.hi);
+  } else {
+    depths_.z0 = extent.lo > far_share * extent.hi ? 0.5 * (1.0 / extent.lo + 1.0 / extent.hi) : 0.0;
+  }
+}
+
+void Screen::setClips(const Frame& frame) {
+  clips_.clear();
+  for (const ClipPlane& clip : frame.camera.view().clips) {
+    clips_.push_back({clip.normal, -glm::dot(clip.normal, clip.point)});
+  }
+}
+
+Limit Screen::limit(const sort::HalfSpace& keep, double x, double y) const {
+  const project::Camera& camera = frame_->camera;
+  return {glm::dot(keep.normal, camera.origin(x, y)) + keep.offset, glm::dot(keep.normal, camera.direction(x, y))};
+}
+
+}  // namespace spillikin::composite::native
