@@ -17,7 +17,10 @@ mesh::Source readLegacy(const Request& request) {
   reader->ReadAllColorScalarsOn();
   reader->ReadAllTCoordsOn();
   reader->ReadAllFieldsOn();
-  return run(reader, request);
+  mesh::Source source = run(reader, request);
+  // The reader gives every file the one time 0.
+  if (source.times == std::vector<double>{0.0}) source.times.clear();
+  return source;
 }
 
 }  // namespace spillikin::io
