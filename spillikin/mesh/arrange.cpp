@@ -12,7 +12,7 @@ std::vector<std::uint32_t> cellOrder(const RawCells& cells, std::size_t vertices
   std::vector<std::uint32_t> order;
   order.reserve(cells.type.size());
   for (std::size_t c = 0; c < cells.type.size(); ++c) {
-    if (cells.dropped.empty() || cells.dropped[c] == 0) order.push_back(static_cast<std::uint32_t>(c));
+    if (cells.dropped[c] == 0) order.push_back(static_cast<std::uint32_t>(c));
   }
   std::vector<std::uint64_t> keys(order.size());
   parallelFor(order.size(), [&](std::size_t i) {
@@ -46,6 +46,40 @@ std::vector<Id> keepUsed(const RawCells& cells, const std::vector<std::uint32_t>
   return renumbered;
 }
 
+void arrangePolyhedra(const RawCells& cells, const std::vector<std::uint32_t>& order, const std::vector<Id>& renumbered,
+                      Mesh& mesh) {
+  if (cells.polyhedron_index.empty()) return;
+  mesh.polyhedron_index.assign(order.size(), none);
+  mesh.polyhedron_polygons.assign(1, 0);
+  mesh.polygon_offset.assign(1, 0);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (cells.type[order[i]] != CellType::polyhedron) continue;
+    mesh.polyhedron_index[i] = static_cast<Id>(mesh.polyhedron_polygons.size() - 1);
+    cells.forEachPolygon(order[i], [&](std::span<const Id> polygon) {
+      for (const Id v : polygon)
+        mesh.polygon_vertex.push_back(renumbered[v]);
+      mesh.polygon_offset.push_back(static_cast<Id>(mesh.polygon_vertex.size()));
+    });
+    mesh.polyhedron_polygons.push_back(static_cast<Id>(mesh.polygon_offset.size() - 1));
+  }
+  if (mesh.polyhedron_polygons.size() > 1) return;
+  mesh.polyhedron_index.clear();  // all of them were dropped
+  mesh.polyhedron_polygons.clear();
+  mesh.polygon_offset.clear();
+}
+
+void keepShares(const PointPool& pool, Mesh& mesh) {
+  if (pool.made() == 0) return;
+  mesh.made_offset.assign(1, 0);
+  for (std::size_t i = pool.fromFile(); i < pool.size(); ++i) {
+    for (const Share& share : pool.shares(i)) {
+      mesh.made_point.push_back(share.point);
+      mesh.made_weight.push_back(share.weight);
+    }
+    mesh.made_offset.push_back(static_cast<Id>(mesh.made_point.size()));
+  }
+}
+
 }  // namespace
 
 Mesh arrange(const PointPool& pool, const Numbering& numbering, RawCells& cells) {
@@ -65,7 +99,7 @@ Mesh arrange(const PointPool& pool, const Numbering& numbering, RawCells& cells)
   mesh.cell_type.resize(n);
   mesh.cell_file_id.resize(n);
   mesh.cell_vertex_offset.resize(n + 1);
-  Id total = 0;
+  Id total = 0;  // cannot overflow: the raw cells' offsets did not
   for (std::size_t i = 0; i < n; ++i) {
     mesh.cell_vertex_offset[i] = total;
     total += cells.offset[order[i] + 1] - cells.offset[order[i]];
@@ -80,6 +114,8 @@ Mesh arrange(const PointPool& pool, const Numbering& numbering, RawCells& cells)
     for (Id k = cells.offset[c]; k < cells.offset[c + 1]; ++k)
       mesh.cell_vertex[to++] = renumbered[cells.vertex[k]];
   });
+  arrangePolyhedra(cells, order, renumbered, mesh);
+  keepShares(pool, mesh);
   cells = {};
   return mesh;
 }

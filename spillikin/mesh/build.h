@@ -25,6 +25,7 @@ struct BuildReport {
   std::size_t quadratic = 0;          // subdivided into linear cells
   std::size_t collapsed = 0;          // with repeated ids, became the cell that they are
   std::size_t degenerate = 0;         // of zero volume, dropped
+  std::size_t unclosed = 0;           // polyhedra whose faces do not close, left out
   std::size_t inverted = 0;           // negative volume as read, turned over
   std::vector<std::string> warnings;  // one line each
 };

@@ -94,6 +94,24 @@ double scalar(const Array& array, std::size_t tuple, int component) {
   return std::sqrt(sum);
 }
 
+// At a point that the file lacks: each component is interpolated, then taken as at any other point.
+double interpolated(const Array& array, const Mesh& mesh, std::size_t made, int component) {
+  Array tuple;
+  tuple.components = array.components;
+  const std::size_t n = static_cast<std::size_t>(array.components);
+  tuple.values.assign(n, 0.0);
+  const Id begin = mesh.made_offset[made], end = mesh.made_offset[made + 1];
+  for (std::size_t c = 0; c < n; ++c) {
+    // Relative to the first, so that a constant stays exactly constant.
+    const double first = array.values[mesh.made_point[begin] * n + c];
+    for (Id i = begin; i < end; ++i) {
+      tuple.values[c] += mesh.made_weight[i] * (array.values[mesh.made_point[i] * n + c] - first);
+    }
+    tuple.values[c] += first;
+  }
+  return scalar(tuple, 0, component);
+}
+
 struct Range {
   double lo = INFINITY, hi = -INFINITY;
   std::size_t hidden = 0;
@@ -161,8 +179,11 @@ Field selectField(const Source& source, const Mesh& mesh, const std::string& nam
                 [&](std::size_t c) { field.values[c] = scalar(*array, mesh.cell_file_id[c], component); });
   } else {
     field.values.resize(mesh.points.size());
-    parallelFor(mesh.points.size(),
-                [&](std::size_t v) { field.values[v] = scalar(*array, mesh.point_file_id[v], component); });
+    const std::size_t in_file = source.points.size();
+    parallelFor(mesh.points.size(), [&](std::size_t v) {
+      const std::size_t p = mesh.point_file_id[v];
+      field.values[v] = p < in_file ? scalar(*array, p, component) : interpolated(*array, mesh, p - in_file, component);
+    });
   }
   lookAtValues(mesh, field);
   return field;

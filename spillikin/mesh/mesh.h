@@ -54,7 +54,7 @@ struct Mesh {
   std::string name;  // the file, for messages
 
   std::vector<Vec3> points;
-  std::vector<Id> point_file_id;  // for each vertex, the file's
+  std::vector<Id> point_file_id;  // for each vertex, the file's; for a made one, see made_offset
 
   std::vector<CellType> cell_type;
   std::vector<Id> cell_vertex_offset;  // cell_count() + 1
@@ -76,6 +76,13 @@ struct Mesh {
   std::vector<Id> polyhedron_polygons;  // per polyhedron + 1
   std::vector<Id> polygon_offset;       // per polygon + 1
   std::vector<Id> polygon_vertex;
+
+  // Vertices made on the way: nodes that quadratic cells lack. Vertex v with point_file_id[v] == the file's number of
+  // points + k is the sum of made_weight[i] times file point made_point[i], i in [made_offset[k], made_offset[k + 1]),
+  // and so are its values. All empty when there are none.
+  std::vector<Id> made_offset;
+  std::vector<Id> made_point;
+  std::vector<double> made_weight;
 
   std::size_t cell_count() const { return cell_type.size(); }
   std::size_t triangle_count() const { return triangle.size(); }

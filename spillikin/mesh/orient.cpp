@@ -48,7 +48,8 @@ class Orienter {
 
   // Swaps vertices so that the cell's faces turn round.
   void turn(std::size_t cell) {
-    Id* v = cells_.vertex.data() + cells_.offset[cell];
+    const std::span<Id> v = cells_.vertices(cell);
+    const std::size_t half = v.size() / 2;
     switch (cells_.type[cell]) {
       case CellType::tetrahedron:
         std::swap(v[0], v[1]);
@@ -56,20 +57,11 @@ class Orienter {
       case CellType::pyramid:
         std::swap(v[1], v[3]);
         break;
-      case CellType::wedge:
-        std::swap_ranges(v, v + 3, v + 3);
-        break;
-      case CellType::hexahedron:
-        std::swap_ranges(v, v + 4, v + 4);
-        break;
-      case CellType::pentagonal_prism:
-        std::swap_ranges(v, v + 5, v + 5);
-        break;
-      case CellType::hexagonal_prism:
-        std::swap_ranges(v, v + 6, v + 6);
-        break;
       case CellType::polyhedron:
+        turnPolygons(cells_.polyhedron_index[cell]);
         break;
+      default:
+        std::swap_ranges(v.data(), v.data() + half, v.data() + half);  // the prisms' two ends
     }
   }
 
@@ -78,12 +70,13 @@ class Orienter {
 
   template <class Visit>
   void eachTriangle(std::size_t cell, const Visit& visit) const {
-    const Id* v = cells_.vertex.data() + cells_.offset[cell];
-    std::array<Id, 6> polygon;
-    for (const LocalFace& face : localFaces(cells_.type[cell])) {
-      for (unsigned i = 0; i < face.size; ++i)
-        polygon[i] = v[face.vertex[i]];
-      forEachTriangle(std::span<const Id>(polygon.data(), face.size), visit);
+    cells_.forEachPolygon(cell, [&](std::span<const Id> polygon) { forEachTriangle(polygon, visit); });
+  }
+
+  void turnPolygons(Id polyhedron) {
+    for (Id p = cells_.polyhedron_polygons[polyhedron]; p < cells_.polyhedron_polygons[polyhedron + 1]; ++p) {
+      const std::span<Id> polygon = cells_.polygons[p];
+      std::reverse(polygon.begin(), polygon.end());
     }
   }
 
@@ -117,7 +110,6 @@ class Orienter {
 void orient(const PointPool& pool, const Numbering& numbering, RawCells& cells, BuildReport& report) {
   Orienter orienter(pool, numbering, cells);
   std::atomic<std::size_t> inverted{0}, degenerate{0};
-  if (cells.dropped.empty()) cells.dropped.assign(cells.type.size(), 0);
   parallelBlocks(cells.type.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
     std::size_t turned = 0, flat = 0;
     for (std::size_t c = begin; c < end; ++c) {

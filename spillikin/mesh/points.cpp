@@ -177,6 +177,13 @@ Numbering numberPoints(const PointPool& pool, const std::vector<std::uint8_t>& u
       ++end;
     grouper.addRun(std::span<Id>(ids).subspan(begin, end - begin));
   }
+  if (numbering.coincident > 0) {
+    numbering.place.resize(numbering.point.size());
+    for (std::size_t v = 0; v < numbering.point.size(); ++v) {
+      const bool again = v > 0 && pool[numbering.point[v]] == pool[numbering.point[v - 1]];
+      numbering.place[v] = again ? numbering.place[v - 1] : static_cast<Id>(v);
+    }
+  }
   return numbering;
 }
 

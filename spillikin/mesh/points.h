@@ -28,6 +28,7 @@ class PointPool {
   // The shares are summed in the order given; weights sum to 1. Returns the new point's id.
   Id make(std::span<const Share> shares);
   std::span<const Share> shares(std::size_t i) const;
+  std::size_t made() const { return made_.size(); }
 
   // Lexicographic order of all point arrays' values at two points, by their bits: -1, 0, 1.
   int compareValues(std::size_t i, std::size_t j) const;
@@ -45,7 +46,9 @@ class PointPool {
 struct Numbering {
   std::vector<Id> vertex;  // per point of the pool; none where unused
   std::vector<Id> point;   // per vertex
+  std::vector<Id> place;   // per vertex, the first vertex at its coordinates; empty when no two coincide
   std::size_t merged = 0, coincident = 0;
+  Id placeOf(Id v) const { return place.empty() ? v : place[v]; }
 };
 
 // `used`: per point of the pool, nonzero where it counts. Linear, in parallel but for one walk over the sorted points.
