@@ -1,0 +1,17 @@
+# What the rooms are made with, found once for all of them; packages.txt names the Debian packages, NOTICE the licences.
+find_package(PkgConfig REQUIRED)
+find_package(glm REQUIRED)
+find_package(TBB REQUIRED)
+find_package(fmt REQUIRED)
+find_package(CGAL REQUIRED)
+find_package(hwy REQUIRED)
+find_package(embree 3 REQUIRED)
+find_package(VTK 9 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMisc CommonSystem IOXML IOXMLParser IOLegacy IOExodus
+                                       IOEnSight IOCGNSReader IOGeometry IOParallel)
+find_package(nlohmann_json REQUIRED)
+find_package(PNG REQUIRED)
+find_library(TETGEN_LIBRARY tet REQUIRED)
+pkg_check_modules(OPENEXR REQUIRED IMPORTED_TARGET OpenEXR)
+pkg_check_modules(OSMESA REQUIRED IMPORTED_TARGET osmesa)
+pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
