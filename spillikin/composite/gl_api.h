@@ -1,0 +1,95 @@
+// The OpenGL functions of one context, as a table.
+//
+// libepoxy dispatches to whatever GLX or EGL context is current and knows nothing of OSMesa; a table per context, with
+// epoxy's types, serves both and lets two contexts live in one process.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <functional>
+
+namespace spillikin::composite {
+
+#define SPILLIKIN_GL_FUNCTIONS(F) \
+  F(AttachShader)                 \
+  F(BeginQuery)                   \
+  F(BindBuffer)                   \
+  F(BindBufferBase)               \
+  F(BindFramebuffer)              \
+  F(BindRenderbuffer)             \
+  F(BindTexture)                  \
+  F(BindVertexArray)              \
+  F(BlendFunc)                    \
+  F(BufferData)                   \
+  F(BufferStorage)                \
+  F(BufferSubData)                \
+  F(CheckFramebufferStatus)       \
+  F(Clear)                        \
+  F(ClearColor)                   \
+  F(ClientWaitSync)               \
+  F(CompileShader)                \
+  F(CreateProgram)                \
+  F(CreateShader)                 \
+  F(CullFace)                     \
+  F(DeleteBuffers)                \
+  F(DeleteFramebuffers)           \
+  F(DeleteProgram)                \
+  F(DeleteQueries)                \
+  F(DeleteRenderbuffers)          \
+  F(DeleteShader)                 \
+  F(DeleteSync)                   \
+  F(DeleteTextures)               \
+  F(DeleteVertexArrays)           \
+  F(Disable)                      \
+  F(DrawArrays)                   \
+  F(DrawElementsBaseVertex)       \
+  F(Enable)                       \
+  F(EnableVertexAttribArray)      \
+  F(EndQuery)                     \
+  F(FenceSync)                    \
+  F(Finish)                       \
+  F(FramebufferRenderbuffer)      \
+  F(FrontFace)                    \
+  F(GenBuffers)                   \
+  F(GenFramebuffers)              \
+  F(GenQueries)                   \
+  F(GenRenderbuffers)             \
+  F(GenTextures)                  \
+  F(GenVertexArrays)              \
+  F(GetError)                     \
+  F(GetInteger64v)                \
+  F(GetIntegerv)                  \
+  F(GetProgramInfoLog)            \
+  F(GetProgramiv)                 \
+  F(GetQueryObjectui64v)          \
+  F(GetShaderInfoLog)             \
+  F(GetShaderiv)                  \
+  F(GetString)                    \
+  F(LinkProgram)                  \
+  F(MapBufferRange)               \
+  F(PixelStorei)                  \
+  F(ReadPixels)                   \
+  F(RenderbufferStorage)          \
+  F(ShaderSource)                 \
+  F(TexImage2D)                   \
+  F(TexParameteri)                \
+  F(UnmapBuffer)                  \
+  F(UseProgram)                   \
+  F(VertexAttribPointer)          \
+  F(Viewport)
+
+struct Gl {
+#define SPILLIKIN_GL_MEMBER(name) decltype(epoxy_gl##name) name = nullptr;
+  SPILLIKIN_GL_FUNCTIONS(SPILLIKIN_GL_MEMBER)
+#undef SPILLIKIN_GL_MEMBER
+};
+
+using GlProc = void (*)();
+
+// Fills the table; the context must be current. Throws Error that names the first function that is missing.
+Gl loadGl(const std::function<GlProc(const char*)>& address);
+
+// Throws Error with the OpenGL error that stands, if one does; `doing` says what was being done.
+void check(const Gl& gl, const char* doing);
+
+}  // namespace spillikin::composite

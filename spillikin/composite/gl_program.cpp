@@ -1,0 +1,102 @@
+#include "spillikin/composite/gl_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "spillikin/base/error.h"
+
+namespace spillikin::composite {
+
+namespace {
+
+constexpr GLsizei max_log = 1024;
+
+std::string firstLine(const char* log) {
+  const std::string text = log;
+  return text.substr(0, text.find('\n'));
+}
+
+GLuint compile(const Gl& gl, GLenum stage, const std::string& source) {
+  const GLuint shader = gl.CreateShader(stage);
+  const char* text = source.c_str();
+  gl.ShaderSource(shader, 1, &text, nullptr);
+  gl.CompileShader(shader);
+  GLint ok = GL_FALSE;
+  gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+  if (ok == GL_FALSE) {
+    std::array<char, max_log> log{};
+    gl.GetShaderInfoLog(shader, max_log, nullptr, log.data());
+    gl.DeleteShader(shader);
+    throw Error(fmt::format("OpenGL: the driver refuses a shader: {}; use --backend native", firstLine(log.data())));
+  }
+  return shader;
+}
+
+}  // namespace
+
+GLuint makeProgram(const Gl& gl, const std::string& vertex_source, const std::string& fragment_source) {
+  const GLuint vertex = compile(gl, GL_VERTEX_SHADER, vertex_source);
+  const GLuint fragment = compile(gl, GL_FRAGMENT_SHADER, fragment_source);
+  const GLuint program = gl.CreateProgram();
+  gl.AttachShader(program, vertex);
+  gl.AttachShader(program, fragment);
+  gl.LinkProgram(program);
+  gl.DeleteShader(vertex);
+  gl.DeleteShader(fragment);
+  GLint ok = GL_FALSE;
+  gl.GetProgramiv(program, GL_LINK_STATUS, &ok);
+  if (ok == GL_FALSE) {
+    std::array<char, max_log> log{};
+    gl.GetProgramInfoLog(program, max_log, nullptr, log.data());
+    gl.DeleteProgram(program);
+    throw Error(
+        fmt::format("OpenGL: the driver cannot link a program: {}; use --backend native", firstLine(log.data())));
+  }
+  return program;
+}
+
+void GlBuffer::upload(const Gl& gl, GLenum target, const void* data, std::size_t bytes) {
+  if (id_ == 0) {
+    gl.GenBuffers(1, &id_);
+  }
+  gl.BindBuffer(target, id_);
+  gl.BufferData(target, static_cast<GLsizeiptr>(bytes), data, GL_DYNAMIC_DRAW);
+}
+
+void GlBuffer::destroy(const Gl& gl) {
+  gl.DeleteBuffers(1, &id_);
+  id_ = 0;
+}
+
+void GlStream::reserve(const Gl& gl, std::size_t bytes) {
+  if (bytes <= bytes_) {
+    return;
+  }
+  destroy(gl);
+  gl.GenBuffers(1, &id_);
+  gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
+  constexpr GLbitfield access = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+  const auto size = static_cast<GLsizeiptr>(bytes);
+  gl.BufferStorage(GL_SHADER_STORAGE_BUFFER, size, nullptr, access);
+  data_ = gl.MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0, size, access);
+  check(gl, "making a stream buffer");
+  if (data_ == nullptr) {
+    throw Error("OpenGL: a stream buffer cannot be mapped; use --backend native");
+  }
+  bytes_ = bytes;
+}
+
+void GlStream::destroy(const Gl& gl) {
+  gl.DeleteBuffers(1, &id_);
+  id_ = 0;
+  bytes_ = 0;
+  data_ = nullptr;
+}
+
+void GlStream::bind(const Gl& gl, unsigned binding) const {
+  gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, id_);
+}
+
+}  // namespace spillikin::composite
