@@ -150,16 +150,6 @@ TEST(Mpvo, KnowsConvexMeshesFromOthers) {
   EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::interlockedTori(12)))->exact());
 }
 
-TEST(Power, OrdersDelaunayMeshes) {
-  const mesh::Mesh mesh = delaunay(400, 4);
-  const auto sorter = makeSorter(Algorithm::power, mesh);
-  Order order;
-  (*sorter)(Viewpoint(2.0, 3.0, 4.0, 1.0), order);
-  order.layer_offset.resize(mesh.cell_count() + 1);
-  std::iota(order.layer_offset.begin(), order.layer_offset.end(), 0U);
-  expectSorted(mesh, Viewpoint(2.0, 3.0, 4.0, 1.0), order);
-}
-
 TEST(Sorts, AreFoundByName) {
   EXPECT_EQ(algorithm("bsp-xmpvo"), Algorithm::bsp_xmpvo);
   EXPECT_STREQ(name(Algorithm::automatic), "auto");

@@ -7,6 +7,7 @@
 #include "spillikin/sort/mpvo.h"
 #include "spillikin/sort/power.h"
 #include "spillikin/sort/simple_orders.h"
+#include "spillikin/sort/xmpvo.h"
 
 namespace spillikin::sort {
 namespace {
@@ -43,6 +44,8 @@ std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) 
     case Algorithm::automatic:
     case Algorithm::mpvo:
       return std::make_unique<Mpvo>(mesh);
+    case Algorithm::xmpvo:
+      return std::make_unique<Xmpvo>(mesh);
     case Algorithm::power:
       return std::make_unique<PowerSort>(mesh);
     case Algorithm::centroid:

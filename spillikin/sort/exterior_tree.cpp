@@ -1,0 +1,192 @@
+#include "spillikin/sort/exterior_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace spillikin::sort {
+namespace {
+
+// In local units, where the mesh spans [-1, 1]: above the rounding of six float products and of the plane itself.
+constexpr float margin = 0x1p-17F;
+// Below this sine an edge and the line of sight are taken for parallel and their plane is not used.
+constexpr double least_sine = 1e-7;
+
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+double dot(const Vec3& a, const Vec3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+double length(const Vec3& a) {
+  return std::sqrt(dot(a, a));
+}
+
+std::uint64_t spread3(std::uint64_t v) {  // 21 bits to every third place
+  v &= 0x1FFFFF;
+  v = (v | (v << 32)) & 0x1F00000000FFFFULL;
+  v = (v | (v << 16)) & 0x1F0000FF0000FFULL;
+  v = (v | (v << 8)) & 0x100F00F00F00F00FULL;
+  v = (v | (v << 4)) & 0x10C30C30C30C30C3ULL;
+  v = (v | (v << 2)) & 0x1249249249249249ULL;
+  return v;
+}
+
+// The normal of a plane spanned by two directions, zero where they hardly span one.
+Vec3 spanned(const Vec3& u, const Vec3& v) {
+  const Vec3 n = cross(u, v);
+  const double size = length(n);
+  return size > least_sine * length(u) * length(v) ? n / size : Vec3(0.0);
+}
+
+}  // namespace
+
+ExteriorTree::ExteriorTree(const mesh::Mesh& mesh, std::vector<ExteriorTriangle> exterior)
+    : mesh_(mesh), triangles_(std::move(exterior)) {
+  Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
+  for (const auto& t : triangles_) {
+    for (const mesh::Id v : t.corner) {
+      for (int k = 0; k < 3; ++k) {
+        lower[k] = std::min(lower[k], mesh.points[v][k]);
+        upper[k] = std::max(upper[k], mesh.points[v][k]);
+      }
+    }
+  }
+  double extent = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    origin_[k] = triangles_.empty() ? 0.0 : 0.5 * lower[k] + 0.5 * upper[k];
+    extent = std::max(extent, 0.5 * upper[k] - 0.5 * lower[k]);
+  }
+  if (extent > 0.0) scale_ = 1.0 / extent;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
+  codes.reserve(triangles_.size());
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle t = corners(i);
+    std::uint64_t code = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double middle = (t[0][k] - origin_[k] + (t[1][k] - origin_[k]) + (t[2][k] - origin_[k])) / 3.0 * scale_;
+      code |= spread3(static_cast<std::uint64_t>(std::clamp((middle + 1.0) * 0x1p20, 0.0, 0x1p21 - 1.0))) << k;
+    }
+    codes.emplace_back(code, static_cast<std::uint32_t>(i));
+  }
+  std::sort(codes.begin(), codes.end());
+  std::vector<ExteriorTriangle> sorted;
+  sorted.reserve(triangles_.size());
+  for (const auto& [code, i] : codes)
+    sorted.push_back(triangles_[i]);
+  triangles_.swap(sorted);
+  build();
+}
+
+void ExteriorTree::build() {
+  struct Box {
+    Vec3 lower, upper;
+  };
+  std::vector<Box> boxes;
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle t = corners(i);
+    Box box{Vec3(std::numeric_limits<double>::infinity()), Vec3(-std::numeric_limits<double>::infinity())};
+    for (const Vec3& p : t) {
+      for (int k = 0; k < 3; ++k) {
+        box.lower[k] = std::min(box.lower[k], (p[k] - origin_[k]) * scale_);
+        box.upper[k] = std::max(box.upper[k], (p[k] - origin_[k]) * scale_);
+      }
+    }
+    boxes.push_back(box);
+  }
+  while (!boxes.empty()) {
+    const std::size_t count = boxes.size();
+    levels_.push_back({nodes_.size(), count});
+    std::vector<Box> parents;
+    for (std::size_t i = 0; i < count; i += wide) {
+      Node node{};
+      Box parent = boxes[i];
+      for (std::size_t j = i; j < std::min(count, i + wide); ++j) {
+        for (int k = 0; k < 3; ++k) {
+          parent.lower[k] = std::min(parent.lower[k], boxes[j].lower[k]);
+          parent.upper[k] = std::max(parent.upper[k], boxes[j].upper[k]);
+          const double centre = 0.5 * (boxes[j].lower[k] + boxes[j].upper[k]);
+          const double half = 0.5 * (boxes[j].upper[k] - boxes[j].lower[k]);
+          (k == 0 ? node.cx : k == 1 ? node.cy : node.cz)[j - i] = static_cast<float>(centre);
+          (k == 0 ? node.hx : k == 1 ? node.hy : node.hz)[j - i] = static_cast<float>(half) * (1.0F + 0x1p-20F);
+        }
+      }
+      nodes_.push_back(node);
+      parents.push_back(parent);
+    }
+    if (count <= wide) break;
+    boxes.swap(parents);
+  }
+}
+
+void ExteriorTree::inRegion(const Plane* planes, std::size_t count, std::vector<std::uint32_t>& out) const {
+  if (levels_.empty()) return;
+  struct Query {
+    float x, y, z, w;
+  };
+  constexpr std::size_t most = 8;
+  Query queries[most];
+  count = std::min(count, most);
+  for (std::size_t q = 0; q < count; ++q) {
+    const Vec3& n = planes[q].normal;
+    const double offset = dot(n, planes[q].through - origin_) * scale_;
+    queries[q] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z),
+                  margin - static_cast<float>(offset)};
+  }
+  struct Entry {
+    std::uint32_t level, node;
+  };
+  constexpr std::size_t deepest = 12;  // levels of 8: far more than 2^32 triangles
+  Entry stack[deepest * wide];
+  std::size_t depth = 0;
+  stack[depth++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
+  while (depth > 0) {
+    const Entry entry = stack[--depth];
+    const Level& level = levels_[entry.level];
+    const Node& node = nodes_[level.first + entry.node];
+    std::array<float, wide> least;
+    least.fill(std::numeric_limits<float>::infinity());
+    for (std::size_t q = 0; q < count; ++q) {
+      const float x = queries[q].x, y = queries[q].y, z = queries[q].z, w = queries[q].w;
+      const float ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
+      for (std::size_t j = 0; j < wide; ++j) {
+        const float s = x * node.cx[j] + y * node.cy[j] + z * node.cz[j] + (ax * node.hx[j] + ay * node.hy[j]) +
+                        (az * node.hz[j] + w);
+        least[j] = std::min(least[j], s);
+      }
+    }
+    const std::size_t first = wide * std::size_t{entry.node};
+    const std::size_t boxes = std::min(wide, level.count - first);
+    for (std::size_t j = 0; j < boxes; ++j) {
+      if (least[j] < 0.0F) continue;
+      const auto box = static_cast<std::uint32_t>(first + j);
+      if (entry.level == 0) {
+        out.push_back(box);
+      } else {
+        stack[depth++] = {entry.level - 1, box};
+      }
+    }
+  }
+}
+
+void ExteriorTree::inShadow(std::size_t t, int sign, const Viewpoint& viewpoint,
+                            std::vector<std::uint32_t>& out) const {
+  // det[b - a, c - a, V - a] has the sign `sign`, so that (b - a) x (V - a) has c on the side -sign, and the triangle's
+  // own normal has the viewpoint on the side sign.
+  const Triangle p = corners(t);
+  Plane planes[4];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 sight = viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - p[k];
+    planes[k] = {-static_cast<double>(sign) * spanned(p[(k + 1) % 3] - p[k], sight), p[k]};
+  }
+  planes[3] = {-static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]};
+  inRegion(planes, 4, out);
+}
+
+std::size_t ExteriorTree::bytes() const {
+  return triangles_.capacity() * sizeof(ExteriorTriangle) + nodes_.capacity() * sizeof(Node) +
+         levels_.capacity() * sizeof(Level);
+}
+
+}  // namespace spillikin::sort

@@ -1,0 +1,111 @@
+#include "spillikin/sort/triangle_order.h"
+
+#include "spillikin/mesh/predicates.h"
+
+namespace spillikin::sort {
+namespace {
+
+using mesh::orient3d;
+using mesh::orientViewpoint;
+
+double dot(const Vec3& a, const Vec3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+// An edge of a, taken around it, has a itself on the side sign_a; does it leave b on the other?
+bool edgeSeparates(const Triangle& a, int sign_a, const Triangle& b, const Viewpoint& v) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 &p = a[i], &q = a[(i + 1) % 3];
+    bool apart = true;
+    for (std::size_t k = 0; k < 3 && apart; ++k)
+      apart = orientViewpoint(p, q, b[k], v) * sign_a <= 0;
+    if (apart) return true;
+  }
+  return false;
+}
+
+// Does one open half-space bounded by a plane through the eye certainly hold both?
+bool inOneHalfSpace(const Triangle& a, const Triangle& b, const Viewpoint& v) {
+  if (v.w == 0.0) return true;
+  const Vec3 eye(v);
+  const Vec3 axis = (a[0] - eye) + (a[1] - eye) + (a[2] - eye);
+  const double length = dot(axis, axis);
+  constexpr double margin = 1e-12;  // of the squared length: far above the rounding of a dot product
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 p = a[k] - eye, q = b[k] - eye;
+    if (!(dot(p, axis) > 0.0 && dot(p, axis) * dot(p, axis) > margin * length * dot(p, p))) return false;
+    if (!(dot(q, axis) > 0.0 && dot(q, axis) * dot(q, axis) > margin * length * dot(q, q))) return false;
+  }
+  return true;
+}
+
+bool cornersSeparate(const Triangle& a, const Triangle& b, const Viewpoint& v) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      int low = 0, high = 0;  // the side of a must be one, that of b the other
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int s = k == i ? 0 : orientViewpoint(a[i], b[j], a[k], v);
+        const int t = k == j ? 0 : orientViewpoint(a[i], b[j], b[k], v);
+        if (s < 0 || t > 0) low = 1;
+        if (s > 0 || t < 0) high = 1;
+      }
+      if (low + high == 1) return true;
+    }
+  }
+  return false;
+}
+
+bool within(const Triangle& a, int sign_a, const Vec3& p, const Viewpoint& v) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (orientViewpoint(a[i], a[(i + 1) % 3], p, v) * sign_a < 0) return false;
+  }
+  return true;
+}
+
+// The nearer of two edges whose projections cross inside, 0 when they do not or when they meet: the tetrahedron of
+// their ends has the orientation of the crossing when the first is nearer.
+int nearerEdge(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s, const Viewpoint& v) {
+  const int pq_r = orientViewpoint(p, q, r, v), pq_s = orientViewpoint(p, q, s, v);
+  if (pq_r * pq_s >= 0) return 0;
+  if (orientViewpoint(r, s, p, v) * orientViewpoint(r, s, q, v) >= 0) return 0;
+  return orient3d(p, q, r, s) * pq_s;
+}
+
+}  // namespace
+
+bool projectionsOverlap(const Triangle& a, int sign_a, const Triangle& b, int sign_b, const Viewpoint& viewpoint) {
+  if (edgeSeparates(a, sign_a, b, viewpoint) || edgeSeparates(b, sign_b, a, viewpoint)) return false;
+  return inOneHalfSpace(a, b, viewpoint) || !cornersSeparate(a, b, viewpoint);
+}
+
+int nearer(const Triangle& a, int sign_a, const Triangle& b, int sign_b, const Viewpoint& viewpoint) {
+  // Sides of the other's plane, 1 where the viewpoint is.
+  int b_of_a[3], a_of_b[3];
+  bool b_near = false, b_far = false, a_near = false, a_far = false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    b_of_a[k] = orient3d(a[0], a[1], a[2], b[k]) * sign_a;
+    b_near = b_near || b_of_a[k] > 0;
+    b_far = b_far || b_of_a[k] < 0;
+  }
+  if (b_near != b_far) return b_far ? 1 : -1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    a_of_b[k] = orient3d(b[0], b[1], b[2], a[k]) * sign_b;
+    a_near = a_near || a_of_b[k] > 0;
+    a_far = a_far || a_of_b[k] < 0;
+  }
+  if (a_near != a_far) return a_near ? 1 : -1;
+  if (!b_near) return 0;  // one plane
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (b_of_a[k] != 0 && within(a, sign_a, b[k], viewpoint)) return -b_of_a[k];
+    if (a_of_b[k] != 0 && within(b, sign_b, a[k], viewpoint)) return a_of_b[k];
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const int s = nearerEdge(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3], viewpoint);
+      if (s != 0) return s;
+    }
+  }
+  return 0;
+}
+
+}  // namespace spillikin::sort
