@@ -11,36 +11,101 @@ namespace spillikin::composite::native {
 
 TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entries, const Box& window, Image& image) {
   screen_ = &screen;
+  window_ = window;
   stats_ = {};
   begin(screen, window);
-  for (const Entry entry : entries)
-    addCell(entry);
+  setView();
+  composite(entries);
   resolve(entries);
   write(image);
   return stats_;
 }
 
 void TilePainter::begin(const Screen& screen, const Box& window) {
-  window_ = window;
   pixels_.red.fill(0.0F);
   pixels_.green.fill(0.0F);
   pixels_.blue.fill(0.0F);
   pixels_.light.fill(1.0F);
   pixels_.last.fill(std::numeric_limits<float>::infinity());
   pixels_.flagged.fill(0);
+  pixels_.opaque.fill(0);
   const project::Camera& camera = screen.frame().camera;
+  view_.longest = 0.0F;
   for (int y = 0; y < tile_size; ++y) {
     for (int x = 0; x < tile_size; ++x) {
-      pixels_.length[pixelIndex(x, y)] =
-          static_cast<float>(glm::length(camera.direction(window.x0 + x + 0.5, window.y0 + y + 0.5)));
+      const auto length = static_cast<float>(glm::length(camera.direction(window.x0 + x + 0.5, window.y0 + y + 0.5)));
+      pixels_.length[pixelIndex(x, y)] = length;
+      view_.longest = std::max(view_.longest, length);
     }
   }
-  // Depths relative to the middle of the mesh err by a share of its extent, plain inverse depths by a share of
-  // themselves.
-  const Depths& depths = screen.depths();
+  setClips();
+}
+
+// Depths relative to the middle of the mesh err by a share of its extent, plain inverse depths by a share of
+// themselves.
+void TilePainter::setView() {
+  constexpr float float_rounding = 4e-7F;  // a few units in the last place
+  const Depths& depths = screen_->depths();
+  const double farthest = std::max(std::abs(depths.lo), std::abs(depths.hi));
   const bool relative = !depths.parallel && depths.z0 == 0.0;
-  overlap_slope_ = relative ? overlap_tolerance : 0.0;
-  overlap_at_ = relative ? 0.0 : overlap_tolerance * std::abs(depths.nearness(depths.lo) - depths.nearness(depths.hi));
+  view_.screen = screen_;
+  view_.x0 = window_.x0;
+  view_.y0 = window_.y0;
+  view_.width = window_.x1 - window_.x0;
+  view_.height = window_.y1 - window_.y0;
+  view_.trusted = screen_->frame().order.exact;
+  if (relative) {
+    view_.nearness_scale = 1.0 / farthest;
+    view_.rounding = float_rounding;
+    view_.overlap_at = 0.0F;
+    view_.overlap_slope = static_cast<float>(overlap_tolerance);
+  } else {
+    const double range = std::abs(depths.nearness(depths.lo) - depths.nearness(depths.hi));
+    view_.nearness_scale = depths.parallel ? std::max(range, farthest * 1e-9) : 1.0 / farthest;
+    view_.rounding = float_rounding * static_cast<float>(depths.parallel ? range : range * farthest);
+    view_.overlap_at = static_cast<float>(overlap_tolerance * range);
+    view_.overlap_slope = 0.0F;
+  }
+}
+
+// The eye's own limit is depth above 0: nearness from that of infinity up.
+void TilePainter::setClips() {
+  const Depths& depths = screen_->depths();
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  pixels_.clip_near.fill(infinity);
+  pixels_.clip_far.fill(depths.parallel ? -infinity : static_cast<float>(-depths.z0));
+  view_.clipped = !screen_->clips().empty();
+  for (const sort::HalfSpace& clip : screen_->clips()) {
+    for (int y = 0; y < tile_size; ++y) {
+      for (int x = 0; x < tile_size; ++x) {
+        float& near = pixels_.clip_near[pixelIndex(x, y)];
+        float& far = pixels_.clip_far[pixelIndex(x, y)];
+        const Limit l = screen_->limit(clip, window_.x0 + x + 0.5, window_.y0 + y + 0.5);
+        const double depth = -l.at / l.slope;
+        if (l.slope > 0.0) {
+          if (depths.parallel || depth > 0.0) near = std::min(near, static_cast<float>(depths.nearness(depth)));
+        } else if (l.slope < 0.0) {
+          far = depths.parallel || depth > 0.0 ? std::max(far, static_cast<float>(depths.nearness(depth))) : infinity;
+        } else if (l.at < 0.0) {
+          far = infinity;
+        }
+      }
+    }
+  }
+}
+
+// Runs of whole tetrahedra go to the vector kernels, what is cut or has other faces comes one by one.
+void TilePainter::composite(std::span<const Entry> entries) {
+  const bool tetrahedral = screen_->mesh().tetrahedral();
+  for (std::size_t begin = 0; begin < entries.size();) {
+    std::size_t end = begin;
+    while (tetrahedral && end < entries.size() && !entries[end].cut())
+      ++end;
+    if (end > begin) stats_.fragments += paintTetrahedra(view_, entries.subspan(begin, end - begin), pixels_);
+    for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end)
+      addCell(entries[end]);
+    begin = end;
+  }
 }
 
 mesh::Id TilePainter::setShape(Entry entry) {
@@ -63,11 +128,10 @@ void TilePainter::addCell(Entry entry) {
   }
 }
 
-void TilePainter::addSpan(int pixel, const Span& span) {
+void TilePainter::addSpan(std::size_t i, const Span& span) {
   ++stats_.fragments;
-  const auto i = static_cast<std::size_t>(pixel);
   const double near = screen_->depths().nearness(span.near);
-  const double tolerance = overlap_at_ + overlap_slope_ * near;
+  const double tolerance = view_.overlap_at + view_.overlap_slope * near;
   if (near > pixels_.last[i] + tolerance) pixels_.flagged[i / block_pixels] |= std::uint16_t(1U << (i % block_pixels));
   pixels_.last[i] = static_cast<float>(screen_->depths().nearness(span.far));
   const integrate::Radiance r = integrate::integrate(screen_->frame().transfer_function, span.front, span.back,
@@ -90,8 +154,8 @@ void TilePainter::resolve(std::span<const Entry> entries) {
     const Box box = shape_.pixels(window_);
     for (int y = box.y0; y < box.y1; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
-        const int i = pixelIndex(x - window_.x0, y - window_.y0);
-        if ((pixels_.flagged[static_cast<std::size_t>(i / block_pixels)] >> (i % block_pixels) & 1) == 0) continue;
+        const std::size_t i = pixelIndex(x - window_.x0, y - window_.y0);
+        if ((pixels_.flagged[i / block_pixels] >> (i % block_pixels) & 1) == 0) continue;
         shape_.spans(x + 0.5, y + 0.5, spans_);
         for (const Span& span : spans_)
           fragments_.push_back({static_cast<std::uint32_t>(i), cell, span});
@@ -134,7 +198,7 @@ void TilePainter::write(Image& image) const {
   for (int y = window_.y0; y < window_.y1; ++y) {
     float* out = image.pixel(window_.x0, y);
     for (int x = window_.x0; x < window_.x1; ++x, out += 4) {
-      const auto i = static_cast<std::size_t>(pixelIndex(x - window_.x0, y - window_.y0));
+      const std::size_t i = pixelIndex(x - window_.x0, y - window_.y0);
       out[0] = pixels_.red[i];
       out[1] = pixels_.green[i];
       out[2] = pixels_.blue[i];

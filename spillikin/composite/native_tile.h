@@ -9,38 +9,15 @@
 
 #include "spillikin/composite/native_bins.h"
 #include "spillikin/composite/native_cell.h"
+#include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_pixels.h"
 #include "spillikin/composite/native_screen.h"
 
 namespace spillikin::composite::native {
 
-inline constexpr int tile_pixels = tile_size * tile_size;
-inline constexpr int block_pixels = 16;  // a block is 4 by 4 pixels, contiguous, row by row
-inline constexpr int block_columns = tile_size / 4;
-inline constexpr int tile_blocks = tile_pixels / block_pixels;
-
-// Light that still comes through below this is taken as none: an error of at most a hundredth of a display step.
-inline constexpr float opaque_light = 4e-5F;
-
-// A fragment that begins before the last one's end by more than this share of the mesh's depth proves an inversion;
-// float's rounding of two neighbouring depths stays below it.
-inline constexpr double overlap_tolerance = 2e-5;
-
-// The same in double precision, where the fragments of a pixel have been put in order: beyond it the cells themselves
-// overlap in space.
+// Beyond this share of the depth, fragments that have been put in order in double precision still overlap only where
+// the cells themselves do.
 inline constexpr double resolved_tolerance = 1e-9;
-
-inline int pixelIndex(int x, int y) {
-  return ((y >> 2) * block_columns + (x >> 2)) * block_pixels + (y & 3) * 4 + (x & 3);
-}
-
-// State of the pixels, structure of arrays over pixelIndex.
-struct Pixels {
-  alignas(64) std::array<float, tile_pixels> red, green, blue, light;
-  alignas(64) std::array<float, tile_pixels> last;                 // nearness at which the last fragment ended
-  alignas(64) std::array<float, tile_pixels> length;               // world length of a unit of depth on the pixel's ray
-  alignas(64) std::array<float, tile_pixels> clip_near, clip_far;  // nearness that the clip planes and the eye leave
-  std::array<std::uint16_t, tile_blocks> flagged;                  // pixels of a block where an inversion was found
-};
 
 struct TileStats {
   std::size_t fragments = 0, flagged = 0, resolved = 0, unresolved = 0;
@@ -66,8 +43,11 @@ class TilePainter {
     Span span;
   };
   void begin(const Screen& screen, const Box& window);
+  void setView();
+  void setClips();
+  void composite(std::span<const Entry> entries);
   void addCell(Entry entry);
-  void addSpan(int pixel, const Span& span);
+  void addSpan(std::size_t pixel, const Span& span);
   mesh::Id setShape(Entry entry);
   void resolve(std::span<const Entry> entries);
   void compositeSorted(std::span<const Fragment> fragments);
@@ -75,7 +55,7 @@ class TilePainter {
 
   const Screen* screen_ = nullptr;
   Box window_;
-  double overlap_at_ = 0.0, overlap_slope_ = 0.0;  // of nearness: tolerance = at + slope * nearness
+  TileView view_;
   Pixels pixels_;
   CellShape shape_;
   std::vector<Span> spans_;

@@ -1,0 +1,43 @@
+// A few dozen tetrahedra as the rasterizing loop wants them: structure of arrays, coordinates relative to the tile.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace spillikin::composite::native {
+
+inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
+
+struct CellBatch {
+  template <class T>
+  using PerCell = T[batch_cells];
+
+  // Nearness on face k (opposite to the corner of k-th smallest id): face[k][0] x + face[k][1] y + face[k][2].
+  alignas(64) PerCell<float> face[4][3];
+  alignas(64) PerCell<std::int32_t> code;  // bit k set where the cell is left through face k
+  // The scalar on the ray at depth w is at(x, y) + steepness(x, y) (w - middle) / middle, at(x, y) = at[0] x + at[1] y
+  // + at[2]. In perspective steepness(x, y) = at(x, y) - apex, apex the scalar run on to the eye; in a parallel view
+  // it is -apex.
+  alignas(64) PerCell<float> at[3];
+  alignas(64) PerCell<float> apex;
+  alignas(64) PerCell<float> middle_nearness;
+  alignas(64) PerCell<float> per_middle;  // 1 / middle in perspective, 1 in a parallel view
+  alignas(64) PerCell<float> lo, hi;      // range of the scalar
+  alignas(64) PerCell<std::int32_t> first_piece, last_piece;
+  alignas(64) PerCell<float> thickness;  // in depth, at most
+  // Blocks of pixels that the cell may cover, first and last; x0 > x1 where there are none.
+  alignas(64) PerCell<std::int32_t> block_x0, block_x1, block_y0, block_y1;
+  alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
+  alignas(64) PerCell<std::int32_t> simple;     // thin, in one piece of the transfer function, and not a sliver
+
+  bool parallel = false;
+  float eye_nearness = 0.0F;  // as near as nearness goes in float without overflow
+
+  // Scratch of the set-up: ids of the corners, ascending, and the corners themselves, four doubles each.
+  alignas(64) std::uint32_t id[4 * batch_cells];
+  alignas(64) std::uint32_t sorted[4][batch_cells];
+  alignas(64) PerCell<std::int32_t> odd;  // the ids' order is an odd permutation of the cell's
+  alignas(64) double corner[4][4 * 8];
+};
+
+}  // namespace spillikin::composite::native

@@ -1,0 +1,23 @@
+// Where the pixel centres of a tile's blocks lie, laid out as vectors of a block's pixels.
+#pragma once
+
+#include "spillikin/composite/native_pixels.h"
+
+namespace spillikin::composite::native {
+
+// The pixel centres of a block's columns and rows, relative to the tile.
+struct Centres {
+  alignas(64) float x[block_columns][block_pixels];
+  alignas(64) float y[block_columns][block_pixels];
+  constexpr Centres() : x{}, y{} {
+    for (int b = 0; b < block_columns; ++b) {
+      for (int i = 0; i < block_pixels; ++i) {
+        x[b][i] = static_cast<float>(4 * b + i % 4) + 0.5F;
+        y[b][i] = static_cast<float>(4 * b + i / 4) + 0.5F;
+      }
+    }
+  }
+};
+inline constexpr Centres centres;
+
+}  // namespace spillikin::composite::native

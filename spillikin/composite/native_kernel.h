@@ -1,0 +1,45 @@
+// The vector kernels' door: whole runs of tetrahedra onto one tile, for the best instruction set the machine has.
+//
+// A tetrahedron's faces are planes, whose nearness (see Depths) is linear in the pixel: a ray enters where the last of
+// the planes it enters by is crossed and leaves at the first it leaves by. The planes' coefficients are computed in
+// double precision from the corners in the order of their ids, so that both cells of a face get the same bits and
+// thicknesses along a ray add up to the chord.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "spillikin/composite/native_bins.h"
+#include "spillikin/composite/native_pixels.h"
+#include "spillikin/composite/native_screen.h"
+
+namespace spillikin::composite::native {
+
+// What a run of cells is painted with. All of it outlives the call.
+struct TileView {
+  const Screen* screen = nullptr;
+  int x0 = 0, y0 = 0;           // the tile's corner
+  int width = 0, height = 0;    // the part of the tile that lies in the image
+  float longest = 1.0F;         // world length of a unit of depth: the largest over the tile's pixels
+  double nearness_scale = 1.0;  // how near the mesh is, roughly
+  float rounding = 0.0F;        // of a depth in float, as a share of it (as a depth, in a parallel view)
+  float overlap_at = 0.0F, overlap_slope = 0.0F;
+  bool clipped = false;  // the clip planes' limits in the pixels must be kept
+  bool trusted = false;  // the order is exact: what lies behind an opaque pixel needs no look
+};
+
+// Composites the tetrahedra, nearest first; none of the entries is a cut. Returns the fragments drawn. Stops early
+// where every pixel is opaque and the order is trusted.
+// A fragment in a simple cell is optically thinner than this.
+inline constexpr float simple_depth = 0.125F;
+
+std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels);
+
+// The instruction sets compiled in that this machine has, best first, and the choice of one by tests: index into that
+// list, or -1 for the best again.
+std::vector<const char*> kernelTargets();
+void chooseKernelTarget(int index);
+
+}  // namespace spillikin::composite::native

@@ -1,0 +1,42 @@
+// The pixels of a screen tile while cells are composited onto them: premultiplied colour, the light that still comes
+// through, and where the last fragment ended. Blocks of 4 by 4 pixels are contiguous, so that a vector covers as
+// compact a patch as it can; the whole state fits the first level of cache.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "spillikin/composite/native_bins.h"
+
+namespace spillikin::composite::native {
+
+inline constexpr int tile_pixels = tile_size * tile_size;
+inline constexpr int block_pixels = 16;  // 4 by 4, row by row
+inline constexpr int block_columns = tile_size / 4;
+inline constexpr int tile_blocks = tile_pixels / block_pixels;
+
+// Light that still comes through below this is taken as none: an error of at most a hundredth of a display step.
+inline constexpr float opaque_light = 4e-5F;
+
+// A fragment that begins before the last one's end by more than this share of the mesh's depth proves an inversion;
+// float's rounding of two neighbouring depths stays below it.
+inline constexpr double overlap_tolerance = 2e-5;
+
+inline constexpr std::size_t pixelIndex(int x, int y) {
+  return static_cast<std::size_t>(((y >> 2) * block_columns + (x >> 2)) * block_pixels + (y & 3) * 4 + (x & 3));
+}
+
+// Structure of arrays over pixelIndex.
+struct Pixels {
+  template <class T>
+  using PerPixel = std::array<T, tile_pixels>;
+  alignas(64) PerPixel<float> red, green, blue, light;
+  alignas(64) PerPixel<float> last;                 // nearness at which the last fragment ended
+  alignas(64) PerPixel<float> length;               // world length of a unit of depth on the pixel's ray
+  alignas(64) PerPixel<float> clip_near, clip_far;  // the range of nearness that clip planes and the eye leave
+  std::array<std::uint16_t, tile_blocks> flagged;   // pixels of a block where an inversion was found
+  std::array<std::uint8_t, tile_pixels> opaque;     // by the index of a vector's first pixel: no light left in it
+};
+
+}  // namespace spillikin::composite::native

@@ -1,0 +1,329 @@
+// Tetrahedra to screen planes, a vector of cells at a time, in double precision. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_SETUP_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_SETUP_INL_H
+#undef SPILLIKIN_NATIVE_SETUP_INL_H
+#else
+#define SPILLIKIN_NATIVE_SETUP_INL_H
+#endif
+
+#include <hwy/cache_control.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DD = hn::CappedTag<double, 8>;
+using VD = hn::Vec<DD>;
+using MD = hn::Mask<DD>;
+using DH = hn::Rebind<float, DD>;  // as many floats as there are doubles
+using DI = hn::Rebind<std::int32_t, DD>;
+
+// Nearness beyond this many times the mesh's is as good as infinite, and still squares within float.
+constexpr double nearness_limit = 1e12;
+
+struct Vec3D {
+  VD x, y, z;
+};
+
+HWY_INLINE Vec3D operator-(const Vec3D& a, const Vec3D& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+
+HWY_INLINE Vec3D cross(const Vec3D& a, const Vec3D& b) {
+  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
+          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
+}
+
+HWY_INLINE VD dot(const Vec3D& a, const Vec3D& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+
+// Ids of the corners of each cell in ascending order, and whether that turned the cell over.
+HWY_INLINE void sortCorners(const Screen& screen, std::span<const Entry> cells, CellBatch& batch) {
+  const mesh::Id* corners = screen.mesh().cell_vertex.data();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    std::memcpy(batch.id + 4 * i, corners + std::size_t{4} * cells[i].index(), 4 * sizeof(mesh::Id));
+  }
+  for (std::size_t i = cells.size(); i < batch_cells; ++i)
+    std::memcpy(batch.id + 4 * i, batch.id, 4 * sizeof(mesh::Id));
+  const hn::CappedTag<std::uint32_t, 16> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  using V = hn::Vec<decltype(d)>;
+  for (std::size_t i = 0; i < batch_cells; i += hn::Lanes(d)) {
+    V v0, v1, v2, v3;
+    hn::LoadInterleaved4(d, batch.id + 4 * i, v0, v1, v2, v3);
+    V odd = hn::Zero(d);
+    const auto order = [&](V& a, V& b) HWY_ATTR {
+      odd = hn::Xor(odd, hn::VecFromMask(d, hn::Gt(a, b)));
+      const V lo = hn::Min(a, b);
+      b = hn::Max(a, b);
+      a = lo;
+    };
+    order(v0, v1);
+    order(v2, v3);
+    order(v0, v2);
+    order(v1, v3);
+    order(v1, v2);
+    hn::Store(v0, d, batch.sorted[0] + i);
+    hn::Store(v1, d, batch.sorted[1] + i);
+    hn::Store(v2, d, batch.sorted[2] + i);
+    hn::Store(v3, d, batch.sorted[3] + i);
+    hn::Store(hn::BitCast(di, odd), di, batch.odd + i);
+  }
+}
+
+// One corner of a vector of cells, relative to the tile's corner and (in a parallel view) to the middle depth.
+struct Corner {
+  Vec3D p;
+  VD w;
+  hn::Vec<DH> value;
+  hn::Vec<DI> piece;
+};
+
+HWY_INLINE Corner loadCorner(const TileView& view, const double* records) {
+  const DD d;
+  const DH dh;
+  const hn::RebindToUnsigned<DD> du;
+  const hn::Rebind<std::uint32_t, DD> du32;
+  const DI di;
+  VD x, y, w, rest;
+  hn::LoadInterleaved4(d, records, x, y, w, rest);
+  const auto packed = hn::BitCast(du, rest);
+  Corner c;
+  c.value = hn::BitCast(dh, hn::TruncateTo(du32, packed));
+  c.piece = hn::BitCast(di, hn::TruncateTo(du32, hn::ShiftRight<32>(packed)));
+  c.w = w;
+  const VD x0 = hn::Set(d, static_cast<double>(view.x0));
+  const VD y0 = hn::Set(d, static_cast<double>(view.y0));
+  if (view.screen->parallel()) {
+    c.p = {hn::Sub(x, x0), hn::Sub(y, y0), hn::Sub(w, hn::Set(d, view.screen->depths().z0))};
+  } else {
+    c.p = {hn::NegMulAdd(x0, w, x), hn::NegMulAdd(y0, w, y), w};
+  }
+  return c;
+}
+
+HWY_INLINE void storeHalf(const VD& v, float* out) {
+  const DH dh;
+  hn::Store(hn::DemoteTo(dh, v), dh, out);
+}
+
+// The plane of face `k` through corner `a` with normal `n`; returns where its canonical side is the positive one.
+HWY_INLINE MD setFace(const TileView& view, const Vec3D& n, const Vec3D& a, std::size_t k, std::size_t i,
+                      CellBatch& batch) {
+  const DD d;
+  const Depths& depths = view.screen->depths();
+  const VD size = hn::Set(d, static_cast<double>(tile_size));
+  const VD level = dot(n, a);
+  // Nearness on the plane = (n.x x + n.y y + constant) / pivot (- z0 in perspective).
+  const VD constant = depths.parallel ? hn::Neg(level) : n.z;
+  const VD pivot = hn::Add(depths.parallel ? n.z : level, hn::Zero(d));  // -0 becomes 0
+  const VD reach = hn::MulAdd(hn::Add(hn::Abs(n.x), hn::Abs(n.y)), size, hn::Abs(constant));
+  // A plane is kept so far from edge-on that the nearness on it stays below the limit anywhere in the tile.
+  const VD least = hn::MulAdd(reach, hn::Set(d, 1.0 / (nearness_limit * view.nearness_scale)), hn::Set(d, 1e-300));
+  const MD positive = hn::Ge(pivot, hn::Zero(d));
+  const VD magnitude = hn::Max(hn::Abs(pivot), least);
+  const VD inverse = hn::Div(hn::Set(d, 1.0), hn::IfThenElse(positive, magnitude, hn::Neg(magnitude)));
+  storeHalf(hn::Mul(n.x, inverse), batch.face[k][0] + i);
+  storeHalf(hn::Mul(n.y, inverse), batch.face[k][1] + i);
+  const VD z = hn::Mul(constant, inverse);
+  storeHalf(depths.parallel ? z : hn::Sub(z, hn::Set(d, depths.z0)), batch.face[k][2] + i);
+  return positive;
+}
+
+// Pixels to blocks: those with a centre in [lo, hi], with a margin for float's rounding of the projection.
+HWY_INLINE void setBlocks(hn::Vec<DH> lo, hn::Vec<DH> hi, int pixels, std::int32_t* first, std::int32_t* last) {
+  constexpr float margin = 0.01F;
+  const DH dh;
+  const DI di;
+  const auto end = hn::Set(dh, static_cast<float>(pixels) - 1.0F);
+  const auto a = hn::Ceil(hn::Max(hn::Sub(lo, hn::Set(dh, 0.5F + margin)), hn::Zero(dh)));
+  const auto b = hn::Floor(hn::Min(hn::Sub(hi, hn::Set(dh, 0.5F - margin)), end));
+  // An empty range must stay empty in blocks.
+  const auto empty = hn::Gt(a, b);
+  const auto low = hn::IfThenElse(empty, hn::Set(dh, 4.0F), hn::Min(a, end));
+  const auto high = hn::IfThenElse(empty, hn::Zero(dh), hn::Max(b, hn::Zero(dh)));
+  hn::Store(hn::ShiftRight<2>(hn::ConvertTo(di, low)), di, first);
+  hn::Store(hn::ShiftRight<2>(hn::ConvertTo(di, high)), di, last);
+}
+
+HWY_INLINE void setExtent(const TileView& view, const Corner (&c)[4], VD depth_lo, std::size_t i, CellBatch& batch) {
+  const DD d;
+  const DH dh;
+  const DI di;
+  hn::Vec<DH> x[4], y[4];
+  for (int k = 0; k < 4; ++k) {
+    x[k] = hn::DemoteTo(dh, c[k].p.x);
+    y[k] = hn::DemoteTo(dh, c[k].p.y);
+  }
+  auto straddles = hn::MaskFromVec(hn::Zero(dh));
+  if (!view.screen->parallel()) {
+    straddles = hn::Le(hn::DemoteTo(dh, depth_lo), hn::Zero(dh));
+    for (int k = 0; k < 4; ++k) {
+      const auto inverse = hn::Div(hn::Set(dh, 1.0F), hn::DemoteTo(dh, c[k].w));
+      x[k] = hn::Mul(x[k], inverse);
+      y[k] = hn::Mul(y[k], inverse);
+    }
+  }
+  const auto lowest = [&](const hn::Vec<DH>(&v)[4]) HWY_ATTR {
+    return hn::IfThenElse(straddles, hn::Set(dh, -1e9F), hn::Min(hn::Min(v[0], v[1]), hn::Min(v[2], v[3])));
+  };
+  const auto highest = [&](const hn::Vec<DH>(&v)[4]) HWY_ATTR {
+    return hn::IfThenElse(straddles, hn::Set(dh, 1e9F), hn::Max(hn::Max(v[0], v[1]), hn::Max(v[2], v[3])));
+  };
+  setBlocks(lowest(x), highest(x), view.width, batch.block_x0 + i, batch.block_x1 + i);
+  setBlocks(lowest(y), highest(y), view.height, batch.block_y0 + i, batch.block_y1 + i);
+  hn::Store(hn::BitCast(di, hn::IfThenElseZero(straddles, hn::Set(dh, 1.0F))), di, batch.straddles + i);
+  (void)d;
+}
+
+// The scalar as a linear function of the ray and the depth along it (see CellBatch).
+HWY_INLINE void setScalar(const TileView& view, const Corner (&c)[4], const Vec3D& n1, const Vec3D& n2, const Vec3D& n3,
+                          const VD& volume, const VD& middle, std::size_t i, CellBatch& batch) {
+  const DD d;
+  const VD s0 = hn::PromoteTo(d, c[0].value);
+  const VD inverse = hn::Div(hn::Set(d, 1.0), volume);
+  const VD a1 = hn::Mul(hn::Sub(hn::PromoteTo(d, c[1].value), s0), inverse);
+  const VD a2 = hn::Mul(hn::Sub(s0, hn::PromoteTo(d, c[2].value)), inverse);
+  const VD a3 = hn::Mul(hn::Sub(hn::PromoteTo(d, c[3].value), s0), inverse);
+  const auto mix = [&](VD u, VD v, VD w) HWY_ATTR { return hn::MulAdd(a1, u, hn::MulAdd(a2, v, hn::Mul(a3, w))); };
+  const Vec3D g{mix(n1.x, n2.x, n3.x), mix(n1.y, n2.y, n3.y), mix(n1.z, n2.z, n3.z)};
+  const VD apex = hn::Sub(s0, dot(g, c[0].p));
+  if (view.screen->parallel()) {
+    storeHalf(g.x, batch.at[0] + i);
+    storeHalf(g.y, batch.at[1] + i);
+    storeHalf(hn::MulAdd(g.z, middle, apex), batch.at[2] + i);
+    storeHalf(hn::Neg(g.z), batch.apex + i);
+  } else {
+    storeHalf(hn::Mul(g.x, middle), batch.at[0] + i);
+    storeHalf(hn::Mul(g.y, middle), batch.at[1] + i);
+    storeHalf(hn::MulAdd(g.z, middle, apex), batch.at[2] + i);
+    storeHalf(apex, batch.apex + i);
+  }
+}
+
+HWY_INLINE void setRange(const Corner (&c)[4], std::size_t i, CellBatch& batch) {
+  const DH dh;
+  const DI di;
+  hn::Store(hn::Min(hn::Min(c[0].value, c[1].value), hn::Min(c[2].value, c[3].value)), dh, batch.lo + i);
+  hn::Store(hn::Max(hn::Max(c[0].value, c[1].value), hn::Max(c[2].value, c[3].value)), dh, batch.hi + i);
+  hn::Store(hn::Min(hn::Min(c[0].piece, c[1].piece), hn::Min(c[2].piece, c[3].piece)), di, batch.first_piece + i);
+  hn::Store(hn::Max(hn::Max(c[0].piece, c[1].piece), hn::Max(c[2].piece, c[3].piece)), di, batch.last_piece + i);
+}
+
+HWY_INLINE void gatherCorners(const Screen& screen, std::span<const Entry> cells, std::size_t i, CellBatch& batch) {
+  const Vertex* vertices = screen.vertices();
+  const std::size_t lanes = hn::Lanes(DD());
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      std::memcpy(batch.corner[k] + 4 * lane, vertices + batch.sorted[k][i + lane], sizeof(Vertex));
+  }
+  if (screen.cell_values().empty()) return;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const mesh::Id cell = cells[std::min(i + lane, cells.size() - 1)].index();
+    for (std::size_t k = 0; k < 4; ++k) {
+      std::memcpy(batch.corner[k] + 4 * lane + 3, &screen.cell_values()[cell], sizeof(float));
+      std::memcpy(reinterpret_cast<char*>(batch.corner[k] + 4 * lane + 3) + sizeof(float), &screen.cell_pieces()[cell],
+                  sizeof(std::uint32_t));
+    }
+  }
+}
+
+// A cell is simple when it takes no care to shade: the whole cell in one piece of the transfer function, thin enough
+// for a short series, and not so flat that the rounding of a depth moves the scalar noticeably.
+HWY_INLINE void findSimple(const TileView& view, std::size_t count, CellBatch& batch) {
+  const Piece* pieces = view.screen->pieces().data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Piece& p = pieces[batch.first_piece[i]];
+    const float a = p.extinction + p.extinction_slope * (batch.lo[i] - p.anchor);
+    const float b = p.extinction + p.extinction_slope * (batch.hi[i] - p.anchor);
+    const bool thin = std::max(a, b) * batch.thickness[i] * view.longest < simple_depth;
+    const float steep = batch.parallel ? std::abs(batch.apex[i])
+                                       : (std::abs(batch.at[0][i]) + std::abs(batch.at[1][i])) * float(tile_size) +
+                                             std::abs(batch.at[2][i] - batch.apex[i]);
+    const bool steady = steep * view.rounding <= 0.02F * (batch.hi[i] - batch.lo[i]);
+    batch.simple[i] = static_cast<std::int32_t>((batch.first_piece[i] == batch.last_piece[i]) & thin & steady);
+  }
+}
+
+HWY_INLINE void prefetch(const Screen& screen, std::span<const Entry> cells) {
+  const mesh::Id* corners = screen.mesh().cell_vertex.data();
+  const std::size_t n = std::min<std::size_t>(cells.size(), batch_cells);
+  for (std::size_t i = 0; i < n; ++i)
+    hwy::Prefetch(corners + std::size_t{4} * cells[i].index());
+}
+
+// Fills `batch` for `cells`, at most batch_cells of them; `next` will come after them.
+HWY_INLINE void setUp(const TileView& view, std::span<const Entry> cells, std::span<const Entry> next,
+                      CellBatch& batch) {
+  const Screen& screen = *view.screen;
+  const DD d;
+  const DI di;
+  batch.parallel = screen.parallel();
+  batch.eye_nearness = static_cast<float>(nearness_limit * view.nearness_scale);
+  sortCorners(screen, cells, batch);
+  prefetch(screen, next);
+  for (std::size_t i = 0; i < cells.size(); i += hn::Lanes(d)) {
+    gatherCorners(screen, cells, i, batch);
+    const Corner c[4] = {loadCorner(view, batch.corner[0]), loadCorner(view, batch.corner[1]),
+                         loadCorner(view, batch.corner[2]), loadCorner(view, batch.corner[3])};
+    const Vec3D e1 = c[1].p - c[0].p;
+    const Vec3D e2 = c[2].p - c[0].p;
+    const Vec3D e3 = c[3].p - c[0].p;
+    const Vec3D n0 = cross(c[2].p - c[1].p, c[3].p - c[1].p);
+    const Vec3D n1 = cross(e2, e3);
+    const Vec3D n2 = cross(e1, e3);
+    const Vec3D n3 = cross(e1, e2);
+    // Outward is along n0 and n2, against n1 and n3, the other way round where the ids' order turned the cell over.
+    const MD odd =
+        hn::MaskFromVec(hn::BitCast(d, hn::PromoteTo(hn::RebindToSigned<DD>(), hn::Load(di, batch.odd + i))));
+    const MD leaves0 = hn::Xor(setFace(view, n0, c[1].p, 0, i, batch), odd);
+    const MD enters1 = hn::Xor(setFace(view, n1, c[0].p, 1, i, batch), odd);
+    const MD leaves2 = hn::Xor(setFace(view, n2, c[0].p, 2, i, batch), odd);
+    const MD enters3 = hn::Xor(setFace(view, n3, c[0].p, 3, i, batch), odd);
+    const VD code01 =
+        hn::Add(hn::IfThenElseZero(leaves0, hn::Set(d, 1.0)), hn::IfThenZeroElse(enters1, hn::Set(d, 2.0)));
+    const VD code23 =
+        hn::Add(hn::IfThenElseZero(leaves2, hn::Set(d, 4.0)), hn::IfThenZeroElse(enters3, hn::Set(d, 8.0)));
+    hn::Store(hn::DemoteTo(di, hn::Add(code01, code23)), di, batch.code + i);
+
+    const VD depth_lo = hn::Min(hn::Min(c[0].w, c[1].w), hn::Min(c[2].w, c[3].w));
+    const VD depth_hi = hn::Max(hn::Max(c[0].w, c[1].w), hn::Max(c[2].w, c[3].w));
+    setExtent(view, c, depth_lo, i, batch);
+    setRange(c, i, batch);
+    const VD volume = dot(n3, e3);
+    if (batch.parallel) {
+      const VD middle = hn::Sub(hn::Mul(hn::Add(depth_lo, depth_hi), hn::Set(d, 0.5)), hn::Set(d, screen.depths().z0));
+      setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
+      storeHalf(hn::Neg(middle), batch.middle_nearness + i);
+      storeHalf(hn::Set(d, 1.0), batch.per_middle + i);
+      storeHalf(hn::Sub(depth_hi, depth_lo), batch.thickness + i);
+    } else {
+      const VD front = hn::Max(depth_lo, hn::Zero(d));
+      const VD middle = hn::Mul(hn::Add(front, depth_hi), hn::Set(d, 0.5));
+      const VD per_middle = hn::Div(hn::Set(d, 1.0), middle);
+      setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
+      storeHalf(hn::Sub(per_middle, hn::Set(d, screen.depths().z0)), batch.middle_nearness + i);
+      storeHalf(per_middle, batch.per_middle + i);
+      storeHalf(hn::Sub(depth_hi, front), batch.thickness + i);
+    }
+  }
+  findSimple(view, cells.size(), batch);
+}
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
