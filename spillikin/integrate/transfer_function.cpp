@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/integrate/pieces.h"
 
 namespace spillikin::integrate {
 
