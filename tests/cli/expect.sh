@@ -11,7 +11,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/in"
 cd "$work/in" || exit 1
-(eval "$text") >"$work/out" 2>"$work/err" </dev/null
+{ eval "$text"; } >"$work/out" 2>"$work/err" </dev/null
 seen=$?
 fail() {
   echo "FAILED: $1"
