@@ -5,9 +5,10 @@
 
 namespace spillikin::sort {
 
-// Appends the cells that the layered sort left, so that every cell is listed, and names the strongly connected ones in
-// order.cycles. Returns whether the order is right: no cycle was found.
-bool appendLeft(const mesh::Mesh& mesh, const LayeredSort& layered, const ExtraEdges* extra, const Viewpoint& viewpoint,
-                Order& order);
+// Appends the cells that the layered sort left, so that every cell is listed, names the strongly connected ones in
+// order.cycles and cuts cells of each until it is none. Returns whether the order is right: it is unless the cutter
+// gave up. Linear but for the cycles themselves; serial.
+bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const ExtraEdges* extra,
+                const Viewpoint& viewpoint, Order& order);
 
 }  // namespace spillikin::sort

@@ -73,16 +73,6 @@ std::uint64_t spread(std::uint64_t v) {
   return v;
 }
 
-std::uint64_t gather(std::uint64_t v) {  // the inverse: even bits to the low half
-  v &= 0x5555555555555555U;
-  v = (v | (v >> 1)) & 0x3333333333333333U;
-  v = (v | (v >> 2)) & 0x0F0F0F0F0F0F0F0FU;
-  v = (v | (v >> 4)) & 0x00FF00FF00FF00FFU;
-  v = (v | (v >> 8)) & 0x0000FFFF0000FFFFU;
-  v = (v | (v >> 16)) & 0x00000000FFFFFFFFU;
-  return v;
-}
-
 struct Box {
   Vec3 lower{std::numeric_limits<double>::infinity()}, upper{-std::numeric_limits<double>::infinity()};
 };
@@ -255,36 +245,20 @@ void FaceSigns::operator()(const Viewpoint& viewpoint) {
                       }
                     });
   exact_calls_ = exact_calls.load();
-  joinHalves(viewpoint);
+  joinHalves();
 }
 
-void FaceSigns::joinHalves(const Viewpoint& viewpoint) {
+void FaceSigns::joinHalves() {
   problems_.clear();
   const std::size_t words = (end_ - whole_) / 32;
   for (std::size_t i = 0; i < words; ++i) {
     const std::uint64_t any = bits_[first_ / 32 + i] | bits_[second_ / 32 + i];
-    std::uint64_t both = gather(any) & gather(any >> 1);
-    bits_[whole_ / 32 + i] = any & ~(spread(both) | (spread(both) << 1));
-    for (; both != 0; both &= both - 1) {
-      const std::size_t quad = 32 * i + static_cast<std::size_t>(std::countr_zero(both));
+    bits_[whole_ / 32 + i] = any;
+    for (std::uint64_t both = any & (any >> 1) & 0x5555555555555555U; both != 0; both &= both - 1) {
+      const std::size_t quad = 32 * i + static_cast<std::size_t>(std::countr_zero(both)) / 2;
       problems_.push_back(static_cast<mesh::Id>(triangles_ + quad));
-      const int s = areaSign(quad, viewpoint);
-      bits_[whole_ / 32 + i] |= s == 0 ? 0U : std::uint64_t{s > 0 ? 1U : 2U} << (2 * (quad % 32));
     }
   }
-}
-
-int FaceSigns::areaSign(std::size_t quad, const Viewpoint& viewpoint) const {
-  Vec3 p[4], n(0.0), middle(0.0);
-  for (std::size_t k = 0; k < 4; ++k) {
-    p[k] = mesh_.points[mesh_.quad[quad][k]];
-    middle += 0.25 * p[k];
-  }
-  const Vec3 d = p[2] - p[0], e = p[3] - p[1];
-  n = Vec3(d.y * e.z - d.z * e.y, d.z * e.x - d.x * e.z, d.x * e.y - d.y * e.x);
-  const Vec3 sight = viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - middle;
-  const double s = n.x * sight.x + n.y * sight.y + n.z * sight.z;
-  return s > 0.0 ? 1 : s < 0.0 ? -1 : 0;
 }
 
 std::size_t FaceSigns::bytes() const {

@@ -15,9 +15,10 @@ void Mpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
   signs_(viewpoint);
-  order.exact = convexity_.convex && signs_.problems().empty();
+  order.exact = convexity_.convex;
   const std::size_t listed = layered_(signs_, order);
-  if (listed < mesh_.cell_count() && !appendLeft(mesh_, layered_, nullptr, viewpoint, order)) order.exact = false;
+  if (listed < mesh_.cell_count() && !appendLeft(mesh_, signs_, layered_, nullptr, viewpoint, order))
+    order.exact = false;
 }
 
 std::string Mpvo::why() const {

@@ -79,9 +79,10 @@ void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cycles.clear();
   signs_(viewpoint);
   findEdges(viewpoint);
-  order.exact = signs_.problems().empty();
+  order.exact = true;
   const std::size_t listed = layered_(signs_, order, &extra_);
-  if (listed < mesh_.cell_count() && !appendLeft(mesh_, layered_, &extra_, viewpoint, order)) order.exact = false;
+  if (listed < mesh_.cell_count() && !appendLeft(mesh_, signs_, layered_, &extra_, viewpoint, order))
+    order.exact = false;
 }
 
 std::string Xmpvo::why() const {

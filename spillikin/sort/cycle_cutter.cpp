@@ -1,0 +1,418 @@
+#include "spillikin/sort/cycle_cutter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <utility>
+
+#include "spillikin/mesh/predicates.h"
+#include "spillikin/sort/strong_components.h"
+#include "spillikin/sort/triangle_order.h"
+
+namespace spillikin::sort {
+namespace {
+
+constexpr std::uint32_t unset = 0xFFFFFFFFU;
+constexpr std::size_t roots_tried = 24;  // nodes from which the shortest cycle is looked for
+
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+double dot(const Vec3& a, const Vec3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+double height(const HalfSpace& half, const Vec3& p) {
+  return dot(half.normal, p) + half.offset;
+}
+
+HalfSpace opposite(const HalfSpace& half) {
+  return {-half.normal, -half.offset};
+}
+
+// Calls f(row of FaceSigns, corners) for the one or two triangles of a face.
+template <class F>
+void forEachHalf(const mesh::Mesh& mesh, const FaceSigns& signs, mesh::Id face, const F& f) {
+  if (face < mesh.triangle_count()) {
+    f(std::size_t{face}, mesh.triangle[face]);
+    return;
+  }
+  const auto& q = mesh.quad[face - mesh.triangle_count()];
+  f(signs.firstHalf(face), std::array<mesh::Id, 3>{q[0], q[1], q[2]});
+  f(signs.secondHalf(face), std::array<mesh::Id, 3>{q[0], q[2], q[3]});
+}
+
+std::uint32_t indexOf(std::span<const mesh::Id> ascending, mesh::Id cell) {
+  const auto at = std::lower_bound(ascending.begin(), ascending.end(), cell);
+  return at != ascending.end() && *at == cell ? static_cast<std::uint32_t>(at - ascending.begin()) : unset;
+}
+
+}  // namespace
+
+CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, bool across_gaps)
+    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), across_gaps_(across_gaps) {}
+
+bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) {
+  pieces_.clear();
+  edges_.clear();
+  Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
+  double largest = 0.0;
+  Nodes nodes;
+  for (const mesh::Id cell : component) {
+    nodes.push_back(static_cast<std::uint32_t>(pieces_.size()));
+    pieces_.push_back({cell, {}});
+    for (const mesh::Id v : mesh_.vertices(cell)) {
+      for (int k = 0; k < 3; ++k) {
+        lower[k] = std::min(lower[k], mesh_.points[v][k]);
+        upper[k] = std::max(upper[k], mesh_.points[v][k]);
+        largest = std::max(largest, std::abs(mesh_.points[v][k]));
+      }
+    }
+  }
+  constexpr double rounding = 1e-14;  // of coordinates, through a plane's offset
+  tolerance_ = std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
+  cuts_left_ = most_cuts * component.size() + 16;
+  faceEdges(component);
+  if (across_gaps_) gapEdges(component);
+  Edges edges(edges_.size());
+  for (std::uint32_t e = 0; e < edges.size(); ++e)
+    edges[e] = e;
+  return resolve(std::move(nodes), std::move(edges), order);
+}
+
+void CycleCutter::addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row,
+                          const std::array<mesh::Id, 3>& corner) {
+  const int s = signs_.sign(row);
+  if (s == 0) return;
+  Polygon polygon{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]};
+  edges_.push_back({s > 0 ? inside : outside, s > 0 ? outside : inside, std::move(polygon), {}});
+}
+
+void CycleCutter::faceEdges(std::span<const mesh::Id> component) {
+  for (std::uint32_t i = 0; i < component.size(); ++i) {
+    for (const mesh::FaceUse use : mesh_.faces(component[i])) {
+      if (use.side() != 0) continue;
+      const mesh::Id other = mesh_.neighbour(use);
+      const std::uint32_t j = other == mesh::none ? unset : indexOf(component, other);
+      if (j == unset) continue;
+      forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& corner) { addHalf(i, j, row, corner); });
+    }
+  }
+}
+
+void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
+  struct Side {
+    std::uint32_t node;
+    int sign;
+    Triangle corner;
+  };
+  std::vector<Side> exits, entries;
+  for (std::uint32_t i = 0; i < component.size(); ++i) {
+    for (const mesh::FaceUse use : mesh_.faces(component[i])) {
+      if (!mesh_.exterior(use.face())) continue;
+      forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& c) {
+        const int s = signs_.sign(row);
+        if (s != 0) {
+          (s < 0 ? exits : entries).push_back({i, s, {mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]]}});
+        }
+      });
+    }
+  }
+  for (const Side& exit : exits) {
+    for (const Side& entry : entries) {
+      if (exit.node == entry.node) continue;
+      if (!projectionsOverlap(exit.corner, exit.sign, entry.corner, entry.sign, viewpoint_)) continue;
+      if (nearer(exit.corner, exit.sign, entry.corner, entry.sign, viewpoint_) < 0) continue;
+      edges_.push_back({entry.node,
+                        exit.node,
+                        {exit.corner.begin(), exit.corner.end()},
+                        {entry.corner.begin(), entry.corner.end()}});
+    }
+  }
+}
+
+bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
+  for (;;) {
+    std::vector<std::uint32_t> local(pieces_.size(), unset);
+    for (std::uint32_t i = 0; i < nodes.size(); ++i)
+      local[nodes[i]] = i;
+    std::vector<std::vector<std::uint32_t>> after(nodes.size());
+    for (const std::uint32_t e : edges)
+      after[local[edges_[e].from]].push_back(local[edges_[e].to]);
+    const auto components = strongComponents(static_cast<std::uint32_t>(nodes.size()), [&](std::uint32_t i, auto&& f) {
+      for (const std::uint32_t next : after[i])
+        f(next);
+    });
+    if (components.size() > 1 || nodes.size() == 1) {
+      std::vector<std::uint32_t> component_of(nodes.size());
+      for (std::uint32_t c = 0; c < components.size(); ++c) {
+        for (const std::uint32_t i : components[c])
+          component_of[i] = c;
+      }
+      std::vector<Edges> inside(components.size());
+      for (const std::uint32_t e : edges) {
+        const std::uint32_t c = component_of[local[edges_[e].from]];
+        if (c == component_of[local[edges_[e].to]]) inside[c].push_back(e);
+      }
+      bool right = true;
+      for (std::size_t c = 0; c < components.size(); ++c) {
+        if (components[c].size() == 1) {
+          emit(nodes[components[c][0]], order);
+          continue;
+        }
+        Nodes part;
+        for (const std::uint32_t i : components[c])
+          part.push_back(nodes[i]);
+        right = resolve(std::move(part), std::move(inside[c]), order) && right;
+      }
+      return right;
+    }
+    Choice choice;
+    if (cuts_left_ > 0) {
+      --cuts_left_;
+      const Edges cycle = shortestCycle(nodes, edges);
+      std::vector<Plane> planes;
+      for (const std::uint32_t e : cycle)
+        facePlanes(pieces_[edges_[e].from].cell, planes);
+      choice = chooseCut(cycle, edges, planes);
+      if (!choice.found) {
+        planes.clear();
+        for (const std::uint32_t e : cycle) {
+          eyePlanes(edges_[e].exit, planes);
+          eyePlanes(edges_[e].entry, planes);
+        }
+        choice = chooseCut(cycle, edges, planes);
+      }
+    }
+    if (!choice.found) {
+      for (const std::uint32_t node : nodes)
+        emit(node, order);
+      return false;
+    }
+    cut(choice, nodes, edges);
+  }
+}
+
+// Breadth first from some of the nodes; the edges of the shortest way back, in their direction.
+CycleCutter::Edges CycleCutter::shortestCycle(const Nodes& nodes, const Edges& edges) const {
+  std::vector<std::uint32_t> local(pieces_.size(), unset);
+  for (std::uint32_t i = 0; i < nodes.size(); ++i)
+    local[nodes[i]] = i;
+  std::vector<Edges> after(nodes.size());
+  for (const std::uint32_t e : edges)
+    after[local[edges_[e].from]].push_back(e);
+  Edges best;
+  for (std::uint32_t root = 0; root < std::min(nodes.size(), roots_tried); ++root) {
+    std::vector<std::uint32_t> came_by(nodes.size(), unset);
+    std::deque<std::uint32_t> queue{root};
+    std::uint32_t closing = unset;
+    while (!queue.empty() && closing == unset) {
+      const std::uint32_t i = queue.front();
+      queue.pop_front();
+      for (const std::uint32_t e : after[i]) {
+        const std::uint32_t to = local[edges_[e].to];
+        if (to == root) {
+          closing = e;
+          break;
+        }
+        if (came_by[to] != unset) continue;
+        came_by[to] = e;
+        queue.push_back(to);
+      }
+    }
+    Edges cycle;
+    for (std::uint32_t e = closing; e != unset;) {
+      cycle.push_back(e);
+      const std::uint32_t from = local[edges_[e].from];
+      e = from == root ? unset : came_by[from];
+    }
+    if (best.empty() || cycle.size() < best.size()) best.swap(cycle);
+    if (best.size() == 2) break;
+  }
+  std::reverse(best.begin(), best.end());
+  return best;
+}
+
+void CycleCutter::facePlanes(mesh::Id cell, std::vector<Plane>& out) const {
+  for (const mesh::FaceUse use : mesh_.faces(cell)) {
+    forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& c) {
+      const Vec3& a = mesh_.points[c[0]];
+      const Vec3 n = cross(mesh_.points[c[1]] - a, mesh_.points[c[2]] - a);
+      const double length = std::sqrt(dot(n, n));
+      if (!(length > 0.0)) return;
+      out.push_back({{n / length, -dot(n / length, a)}, signs_.sign(row)});
+    });
+  }
+}
+
+void CycleCutter::eyePlanes(const Polygon& polygon, std::vector<Plane>& out) const {
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
+    const Vec3 n = cross(q - p, viewpoint_.w == 0.0 ? Vec3(viewpoint_) : Vec3(viewpoint_) - p);
+    const double length = std::sqrt(dot(n, n));
+    if (length > 0.0) out.push_back({{n / length, -dot(n / length, p)}, 0});
+  }
+}
+
+// 1 or -1 where the polygon lies on that side alone, 0 where on both; 2 where it lies in the plane.
+int CycleCutter::side(const Polygon& polygon, const HalfSpace& half) const {
+  bool above = false, below = false;
+  for (const Vec3& p : polygon) {
+    const double h = height(half, p);
+    above = above || h > tolerance_;
+    below = below || h < -tolerance_;
+  }
+  return above && below ? 0 : above ? 1 : below ? -1 : 2;
+}
+
+CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const Edges& edges,
+                                           const std::vector<Plane>& planes) const {
+  Choice best;
+  std::vector<const Polygon*> behind, before;
+  for (std::size_t i = 0; i < cycle.size(); ++i) {
+    const Edge& in = edges_[cycle[i]];
+    const Edge& out = edges_[cycle[(i + 1) % cycle.size()]];
+    const std::uint32_t piece = in.to;
+    const Polygon& in_part = in.exit;
+    const Polygon& out_part = out.entry.empty() ? out.exit : out.entry;
+    behind.clear();
+    before.clear();
+    for (const std::uint32_t e : edges) {
+      const Edge& edge = edges_[e];
+      if (edge.to == piece) behind.push_back(&edge.exit);
+      if (edge.from == piece) before.push_back(edge.entry.empty() ? &edge.exit : &edge.entry);
+    }
+    for (const Plane& plane : planes) {
+      // What lies behind the piece must be on the viewpoint's side.
+      const int in_side = side(in_part, plane.half), out_side = side(out_part, plane.half);
+      const int near = plane.viewer != 0 ? plane.viewer : in_side;
+      const bool in_ok = in_side == near, out_ok = out_side == -near;
+      const bool straddles = (in_ok && out_ok) || (in_ok && out_side == 2) || (out_ok && in_side == 2);
+      if (!straddles || near == 0 || near == 2) continue;
+      std::size_t crossed = 0;
+      bool has_near = false, has_far = false;
+      for (const Polygon* p : behind) {
+        const int s = side(*p, plane.half);
+        crossed += s == -near || s == 0 ? 1U : 0U;
+      }
+      for (const Polygon* p : before) {
+        const int s = side(*p, plane.half);
+        crossed += s == near || s == 0 ? 1U : 0U;
+      }
+      for (const mesh::Id v : mesh_.vertices(pieces_[piece].cell)) {
+        const double h = height(plane.half, mesh_.points[v]) * near;
+        has_near = has_near || h > tolerance_;
+        has_far = has_far || h < -tolerance_;
+      }
+      if (!has_near || !has_far) continue;
+      if (!best.found || crossed < best.crossed) best = {piece, plane, crossed, true};
+    }
+  }
+  return best;
+}
+
+// Sutherland and Hodgman; corners within the tolerance of the plane count as on it.
+CycleCutter::Polygon CycleCutter::clip(const Polygon& polygon, const HalfSpace& half) const {
+  Polygon out;
+  bool inside = false;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
+    const double hp = height(half, p), hq = height(half, q);
+    inside = inside || hp > tolerance_;
+    if (hp >= -tolerance_) out.push_back(p);
+    if ((hp > tolerance_ && hq < -tolerance_) || (hp < -tolerance_ && hq > tolerance_)) {
+      out.push_back(p + (q - p) * (hp / (hp - hq)));
+    }
+  }
+  if (!inside || out.size() < 3) out.clear();
+  return out;
+}
+
+// The cell in its tetrahedra, each cut by the plane: the corners in which its edges meet it, in convex order.
+std::vector<CycleCutter::Polygon> CycleCutter::section(const Piece& piece, const HalfSpace& half) const {
+  std::vector<mesh::Tetrahedron> tetrahedra;
+  mesh::tetrahedra(mesh_, piece.cell, tetrahedra);
+  std::vector<Polygon> sections;
+  for (const auto& t : tetrahedra) {
+    Polygon above, below, polygon;
+    for (const mesh::Id v : t)
+      (height(half, mesh_.points[v]) > 0.0 ? above : below).push_back(mesh_.points[v]);
+    for (const Vec3& p : above) {
+      for (const Vec3& q : below) {
+        const double hp = height(half, p), hq = height(half, q);
+        polygon.push_back(p + (q - p) * (hp / (hp - hq)));
+      }
+    }
+    if (polygon.size() == 4) std::swap(polygon[2], polygon[3]);
+    for (const HalfSpace& keep : piece.keep) {
+      if (!polygon.empty()) polygon = clip(polygon, keep);
+    }
+    if (polygon.size() >= 3) sections.push_back(std::move(polygon));
+  }
+  return sections;
+}
+
+// Does a plane through the viewpoint and an edge of a part them?
+bool CycleCutter::apart(const Polygon& a, const Polygon& b) const {
+  std::vector<Plane> planes;
+  eyePlanes(a, planes);
+  for (const Plane& plane : planes) {
+    const int s = side(a, plane.half), t = side(b, plane.half);
+    if (s == 2 || t == 2 || s * t < 0) return true;
+  }
+  return false;
+}
+
+bool CycleCutter::seenTogether(const Polygon& a, const Polygon& b) const {
+  return !apart(a, b) && !apart(b, a);
+}
+
+void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
+  const std::uint32_t near = choice.piece;
+  const auto far = static_cast<std::uint32_t>(pieces_.size());
+  const bool above = choice.plane.viewer >= 0;
+  const HalfSpace near_half = above ? choice.plane.half : opposite(choice.plane.half);
+  const HalfSpace far_half = opposite(near_half);
+  const std::vector<Polygon> sections = section(pieces_[near], near_half);
+  pieces_.push_back(pieces_[near]);
+  pieces_[near].keep.push_back(near_half);
+  pieces_[far].keep.push_back(far_half);
+  nodes.push_back(far);
+  const std::size_t old = edges.size();
+  for (std::size_t i = 0; i < old; ++i) {
+    const Edge edge = edges_[edges[i]];
+    if (edge.from != near && edge.to != near) continue;
+    const bool uses_entry = edge.from == near && !edge.entry.empty();
+    Edge halves[2] = {edge, edge};
+    for (int h = 0; h < 2; ++h) {
+      Polygon& polygon = uses_entry ? halves[h].entry : halves[h].exit;
+      polygon = clip(polygon, h == 0 ? near_half : far_half);
+      if (h == 1) (edge.from == near ? halves[h].from : halves[h].to) = far;
+      const bool gone = polygon.empty() || (!halves[h].entry.empty() && !seenTogether(halves[h].exit, halves[h].entry));
+      if (gone) halves[h].exit.clear();
+    }
+    edges_[edges[i]] = halves[0];
+    if (!halves[1].exit.empty()) {
+      edges.push_back(static_cast<std::uint32_t>(edges_.size()));
+      edges_.push_back(halves[1]);
+    }
+  }
+  edges.erase(std::remove_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edges_[e].exit.empty(); }),
+              edges.end());
+  if (choice.plane.viewer == 0) return;
+  for (const Polygon& polygon : sections) {
+    edges.push_back(static_cast<std::uint32_t>(edges_.size()));
+    edges_.push_back({far, near, polygon, {}});
+  }
+}
+
+void CycleCutter::emit(std::uint32_t node, Order& order) const {
+  const Piece& piece = pieces_[node];
+  if (!piece.keep.empty()) order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), piece.keep});
+  order.cells.push_back(piece.cell);
+  order.layer_offset.push_back(static_cast<std::uint32_t>(order.cells.size()));
+}
+
+}  // namespace spillikin::sort

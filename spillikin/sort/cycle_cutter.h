@@ -1,0 +1,85 @@
+// Breaks a visibility cycle by cutting cells of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "spillikin/mesh/subdivide.h"
+#include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/sort.h"
+
+namespace spillikin::sort {
+
+// Orders the cells of one strongly connected component. While the pieces are cyclic, a shortest cycle is taken, and of
+// it a piece and the plane of a face of one of its cells that parts what lies behind the piece from what lies before
+// it, with the former on the viewpoint's side: of the two halves the far one comes first, and nothing leads from the
+// near one back to it. Where no face's plane does, one through the viewpoint and an edge is taken. The relations of a
+// cut piece are those of the parts of its faces (the purpose of MPVOC: Kraus and Ertl 2001).
+//
+// Which pieces are related at first is exact; the parts of faces are clipped in double, and what is thinner than
+// `thin` times the extent of the component is dropped. Cost grows with the square of the component.
+class CycleCutter {
+ public:
+  // `across_gaps`: rays may leave the mesh and enter it again, so that exterior faces order cells, too.
+  CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, bool across_gaps);
+
+  // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, which it
+  // does after `most_cuts` per cell; the cells are listed all the same.
+  bool operator()(std::span<const mesh::Id> component, Order& order);
+
+  static constexpr double thin = 1e-9;
+  static constexpr std::size_t most_cuts = 6;
+
+ private:
+  using Polygon = std::vector<Vec3>;
+  struct Piece {
+    mesh::Id cell;
+    std::vector<HalfSpace> keep;
+  };
+  // `from` comes before `to`. Across a gap the ray enters `from` through `entry` and leaves `to` through `exit`; a
+  // shared face has an `exit` alone.
+  struct Edge {
+    std::uint32_t from, to;
+    Polygon exit, entry;
+  };
+  struct Plane {
+    HalfSpace half;  // unit normal
+    int viewer;      // its side of the plane, 0 on it
+  };
+  struct Choice {
+    std::uint32_t piece = 0;
+    Plane plane{};
+    std::size_t crossed = 0;  // edges that stay in the way
+    bool found = false;
+  };
+  using Nodes = std::vector<std::uint32_t>;
+  using Edges = std::vector<std::uint32_t>;
+
+  void faceEdges(std::span<const mesh::Id> component);
+  void gapEdges(std::span<const mesh::Id> component);
+  void addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row, const std::array<mesh::Id, 3>& corner);
+  bool resolve(Nodes nodes, Edges edges, Order& order);
+  Edges shortestCycle(const Nodes& nodes, const Edges& edges) const;
+  void facePlanes(mesh::Id cell, std::vector<Plane>& out) const;
+  void eyePlanes(const Polygon& polygon, std::vector<Plane>& out) const;
+  Choice chooseCut(const Edges& cycle, const Edges& edges, const std::vector<Plane>& planes) const;
+  void cut(const Choice& choice, Nodes& nodes, Edges& edges);
+  void emit(std::uint32_t node, Order& order) const;
+  Polygon clip(const Polygon& polygon, const HalfSpace& half) const;
+  int side(const Polygon& polygon, const HalfSpace& half) const;
+  bool seenTogether(const Polygon& a, const Polygon& b) const;
+  bool apart(const Polygon& a, const Polygon& b) const;
+  std::vector<Polygon> section(const Piece& piece, const HalfSpace& half) const;
+
+  const mesh::Mesh& mesh_;
+  const FaceSigns& signs_;
+  Viewpoint viewpoint_;
+  bool across_gaps_;
+  double tolerance_ = 0.0;  // world units
+  std::size_t cuts_left_ = 0;
+  std::vector<Piece> pieces_;
+  std::vector<Edge> edges_;
+};
+
+}  // namespace spillikin::sort
