@@ -14,8 +14,8 @@
 namespace {
 
 using spillikin::Error;
-using spillikin::io::ReadOptions;
 using spillikin::io::readMesh;
+using spillikin::io::ReadOptions;
 using spillikin::io::readTimes;
 using spillikin::mesh::Array;
 using spillikin::mesh::Association;
@@ -25,7 +25,8 @@ const std::string folder = SPILLIKIN_DATA;
 
 std::map<int, std::size_t> cellsByType(const Source& source) {
   std::map<int, std::size_t> counts;
-  for (const std::uint8_t type : source.types) ++counts[type];
+  for (const std::uint8_t type : source.types)
+    ++counts[type];
   return counts;
 }
 
@@ -47,7 +48,8 @@ std::pair<double, double> range(const Array& array) {
 
 std::string describe(const Source& source) {
   std::string text = fmt::format("{} points, {} steps", source.points.size(), source.times.size());
-  for (const auto& [type, count] : cellsByType(source)) text += fmt::format(", {} of type {}", count, type);
+  for (const auto& [type, count] : cellsByType(source))
+    text += fmt::format(", {} of type {}", count, type);
   for (const Array& array : source.arrays) {
     text += fmt::format(", {}[{}] of {}", array.name, array.components,
                         array.association == Association::points ? "points" : "cells");
@@ -85,6 +87,11 @@ struct Expectation {
 
 class RealMesh : public testing::TestWithParam<Expectation> {};
 
+// A test's name in the listings.
+void PrintTo(const Expectation& expected, std::ostream* out) {
+  *out << expected.file;
+}
+
 TEST_P(RealMesh, HasItsCellsAndArrays) {
   const Expectation& expected = GetParam();
   const std::string path = fmt::format("{}/{}", folder, expected.file);
@@ -93,7 +100,8 @@ TEST_P(RealMesh, HasItsCellsAndArrays) {
   SCOPED_TRACE(describe(source));
   expectConsistent(source);
   std::map<int, std::size_t> cells = cellsByType(source);
-  for (const auto& [type, count] : expected.cells) EXPECT_EQ(cells[type], count) << "type " << type;
+  for (const auto& [type, count] : expected.cells)
+    EXPECT_EQ(cells[type], count) << "type " << type;
   EXPECT_EQ(source.times.size(), expected.steps);
   EXPECT_EQ(readTimes(path), source.times);
   if (expected.array == nullptr) return;
@@ -112,14 +120,14 @@ constexpr auto CD = Association::cells;
 INSTANTIATE_TEST_SUITE_P(
     Table, RealMesh,
     testing::Values(Expectation{"bluntfin.vts", {{12, 37479}}, "Density", PD, 0.19, 4.98},
-                    Expectation{"bluntfinxyz.bin", {{12, 37479}}, "Density", PD, 0.19, 4.98},
+                    Expectation{"bluntfinxyz.bin", {{12, 37479}}, "Density", PD, 0.19, 4.98, 1},
                     Expectation{"bf_tet5.vtu", {{10, 187395}}, "Density", PD, 0.19, 4.98},
                     Expectation{"comb.vts", {{12, 43008}}, "Density", PD, 0.198, 0.710},
                     Expectation{"post.vtk", {{10, 8750}}, "Pressure", PD, 0.355, 1.64},
                     Expectation{"disk_out_ref.ex2", {{12, 7472}}, "Temp", PD, 293, 913, 1},
-                    Expectation{"can_t0.vtu", {{12, 4800}}, "EQPS", CD, 0, 0},
-                    Expectation{"can_t1.vtu", {{12, 4800}}, "DISPL", PD},
-                    Expectation{"can_t2.vtu", {{12, 4800}}, "EQPS", CD, 0, 2.9},
+                    Expectation{"can_t0.vtu", {{12, 4800}}, "EQPS", CD, 0, 0, 1},
+                    Expectation{"can_t1.vtu", {{12, 4800}}, "DISPL", PD, 0, 0, 1},
+                    Expectation{"can_t2.vtu", {{12, 4800}}, "EQPS", CD, 0.02, 2.87, 1},
                     Expectation{"mug.e", {{12, 2476}}, "aux_elem", CD, 0, 0, 21},
                     Expectation{"mesh_fs8.exo", {{13, 1344}}},
                     Expectation{"fire_ug.vtu", {{12, 10462}}, "t", PD, 298, 692},
@@ -127,16 +135,15 @@ INSTANTIATE_TEST_SUITE_P(
                     Expectation{"slac_pillbox.vtu", {{10, 31135}}, "efield_mag", PD, 0, 233},
                     Expectation{"bracket_appended_compressed.vtu", {{10, 206208}}, "sj2p", CD},
                     Expectation{"bracket_refined8.vtu", {{10, 1649664}}, "xdsp", PD},
-                    Expectation{"dolfin_pulley.vtu", {{10, 63767}}},
-                    Expectation{"joint.vtk", {{12, 17784}}},
+                    Expectation{"dolfin_pulley.vtu", {{10, 63767}}}, Expectation{"joint.vtk", {{12, 17784}}},
                     Expectation{"knot-hex.vtk", {{12, 23616}}},
-                    Expectation{"johansen.vtu", {{12, 54756}}, "PORO", CD, 0.163, 0.250},
+                    Expectation{"johansen.vtu", {{12, 54756}}, "PORO", PD, 0.163, 0.250},
                     Expectation{"box_hybrid_mesh.vtu", {{10, 7949}, {12, 943}, {14, 515}}, "attribute", CD, 1, 6},
                     Expectation{"su2_chtPinArray3d_zone0.vtu", {{12, 9063}}, "Temperature", PD},
                     Expectation{"notch_stress.vtk", {{12, 2188}, {13, 4}}, "Nodal Stress", PD},
                     Expectation{"PentaHexa.vtk", {{15, 60}, {16, 150}}},
                     Expectation{"pebi3d_with_properties.vtu", {{42, 1630}}},
-                    Expectation{"elements.vtu", {{10, 1}, {12, 1}}},
+                    Expectation{"elements.vtu", {{10, 2}, {12, 1}, {13, 2}, {14, 2}}},
                     Expectation{"CylinderQuadratic.vtk", {{24, 1522}}, "pressure", PD},
                     Expectation{"foam_cavity/case.foam", {{12, 400}}, "p", CD, 0, 0, 6}));
 

@@ -18,13 +18,13 @@ namespace {
 const std::vector<Format>& formats() {
   static const std::vector<Format> table = {
       {{".vtu"}, "VTK XML UnstructuredGrid", readXml},
-      {{".pvtu"}, "VTK XML PUnstructuredGrid", readXml},
+      {{".pvtu"}, "VTK XML PUnstructuredGrid", readParallel},
       {{".vts"}, "VTK XML StructuredGrid", readXml},
-      {{".pvts"}, "VTK XML PStructuredGrid", readXml},
+      {{".pvts"}, "VTK XML PStructuredGrid", readParallel},
       {{".vtr"}, "VTK XML RectilinearGrid", readXml},
-      {{".pvtr"}, "VTK XML PRectilinearGrid", readXml},
+      {{".pvtr"}, "VTK XML PRectilinearGrid", readParallel},
       {{".vti"}, "VTK XML ImageData", readXml},
-      {{".pvti"}, "VTK XML PImageData", readXml},
+      {{".pvti"}, "VTK XML PImageData", readParallel},
       {{".vtm"}, "VTK XML vtkMultiBlockDataSet", readXml},
       {{".pvd"}, "VTK XML Collection", readPvd},
       {{".vtk"}, "legacy VTK", readLegacy},

@@ -11,12 +11,15 @@ mesh::Source readCgns(const Request& request) {
   reader->SetFileName(request.path.c_str());
   reader->DoublePrecisionMeshOn();
   reader->DistributeBlocksOff();
-  return run(reader, request, [&] {
+  mesh::Source source = run(reader, request, [&] {
     reader->EnableAllBases();
     reader->EnableAllFamilies();
     reader->EnableAllPointArrays();
     reader->EnableAllCellArrays();
   });
+  // The reader gives a file without iterations the one time 0.
+  if (source.times == std::vector<double>{0.0}) source.times.clear();
+  return source;
 }
 
 }  // namespace spillikin::io

@@ -1,12 +1,8 @@
-// VTK's XML files of one data set, their parallel forms, and multi-block files.
+// VTK's XML files of one data set, and multi-block files.
 #include <fmt/format.h>
 #include <vtkSmartPointer.h>
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLMultiBlockDataReader.h>
-#include <vtkXMLPImageDataReader.h>
-#include <vtkXMLPRectilinearGridReader.h>
-#include <vtkXMLPStructuredGridReader.h>
-#include <vtkXMLPUnstructuredGridReader.h>
 #include <vtkXMLRectilinearGridReader.h>
 #include <vtkXMLStructuredGridReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
@@ -27,10 +23,6 @@ vtkSmartPointer<vtkXMLReader> readerFor(const std::string& suffix) {
   if (suffix == ".vts") return make<vtkXMLStructuredGridReader>();
   if (suffix == ".vtr") return make<vtkXMLRectilinearGridReader>();
   if (suffix == ".vti") return make<vtkXMLImageDataReader>();
-  if (suffix == ".pvtu") return make<vtkXMLPUnstructuredGridReader>();
-  if (suffix == ".pvts") return make<vtkXMLPStructuredGridReader>();
-  if (suffix == ".pvtr") return make<vtkXMLPRectilinearGridReader>();
-  if (suffix == ".pvti") return make<vtkXMLPImageDataReader>();
   return make<vtkXMLMultiBlockDataReader>();
 }
 

@@ -21,7 +21,8 @@ struct Request {
 // A reader gets a path to a file that exists; it throws Error. Called in the child process where reading is isolated.
 using Reader = mesh::Source (*)(const Request&);
 
-mesh::Source readXml(const Request& request);       // .vtu .vts .vtr .vti .vtm and the parallel .pvtu .pvts .pvtr .pvti
+mesh::Source readXml(const Request& request);       // .vtu .vts .vtr .vti .vtm
+mesh::Source readParallel(const Request& request);  // .pvtu .pvts .pvtr .pvti
 mesh::Source readPvd(const Request& request);       // .pvd
 mesh::Source readLegacy(const Request& request);    // .vtk
 mesh::Source readExodus(const Request& request);    // .ex2 .e .exo .g
