@@ -44,15 +44,18 @@ Plan plan(std::uint8_t type) {
       return {Kind::fixed, CellType::pentagonal_prism};
     case vtk_cell::hexagonal_prism:
       return {Kind::fixed, CellType::hexagonal_prism};
+    case vtk_cell::convex_point_set:
+      return {Kind::convex_set};
+    case vtk_cell::polyhedron:
+      return {Kind::polyhedron};
     default:
       break;
   }
-  // VTK's cells of dimension 0, 1 and 2, linear and of higher order.
-  constexpr std::array<std::uint8_t, 24> lower{0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
-                                               23, 28, 30, 34, 35, 36, 51, 56, 60, 61, 68, 69};
-  constexpr std::array<std::uint8_t, 4> lower_bezier{70, 75, 76, 77};
-  const auto in = [type](const auto& list) { return std::find(list.begin(), list.end(), type) != list.end(); };
-  return in(lower) || in(lower_bezier) ? Plan{Kind::lower} : Plan{};
+  if (quadraticNodes(type) > 0) return {Kind::quadratic};
+  // VTK's cells of dimension 0, 1 and 2: linear, quadratic, parametric, of higher order, Lagrange, Bezier.
+  constexpr std::array<std::uint8_t, 32> lower{0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22, 23, 28, 30, 34,
+                                               35, 36, 51, 52, 53, 54, 60, 61, 62, 63, 68, 69, 70, 75, 76, 77};
+  return std::find(lower.begin(), lower.end(), type) != lower.end() ? Plan{Kind::lower} : Plan{};
 }
 
 // The corners of a polyhedron's face stream: visit(polygon) for each face. False when the stream does not fit.

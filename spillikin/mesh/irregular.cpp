@@ -19,8 +19,8 @@ void RawCells::addPolyhedron(const Polygons& around, Id file) {
   std::vector<Id> own = around.vertex;
   std::sort(own.begin(), own.end());
   own.erase(std::unique(own.begin(), own.end()), own.end());
-  if (polyhedron_index.empty()) polyhedron_index.assign(type.size(), none);
   add(CellType::polyhedron, own, file);
+  polyhedron_index.resize(type.size(), none);
   polyhedron_index.back() = static_cast<Id>(polyhedron_polygons.size() - 1);
   for (std::size_t i = 0; i < around.size(); ++i)
     polygons.add(around[i]);
@@ -48,6 +48,19 @@ Polygons onePerPlace(const Polygons& polygons, const Numbering& numbering) {
   return result;
 }
 
+// Polygons of five and more corners as the triangles that they are stored as.
+Polygons fanned(const Polygons& polygons) {
+  Polygons result;
+  for (std::size_t i = 0; i < polygons.size(); ++i) {
+    if (polygons[i].size() <= 4) {
+      result.add(polygons[i]);
+    } else {
+      forEachTriangle(polygons[i], [&](Id a, Id b, Id c) { result.add(std::array<Id, 3>{a, b, c}); });
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 void IrregularCells::addCollapsed(std::size_t cell) {
@@ -55,15 +68,8 @@ void IrregularCells::addCollapsed(std::size_t cell) {
   cells_.forEachPolygon(cell, [&](std::span<const Id> polygon) { polygons.add(polygon); });
   const Id file_id = cells_.file_id[cell];
   cells_.dropped[cell] = 1;
-  polygons = reduced(onePerPlace(polygons, numbering_));
-  if (polygons.size() < 4) {
-    ++report_.degenerate;
-    return;
-  }
-  ++report_.collapsed;
-  for (Polygons& part : parts(polygons)) {
-    if (orientTogether(part)) add(part, file_id);
-  }
+  const std::size_t added = addParts(reduced(onePerPlace(polygons, numbering_)), file_id);
+  ++(added > 0 ? report_.collapsed : report_.degenerate);
 }
 
 void IrregularCells::addPolyhedron(const Polygons& polygons, Id file_id) {
@@ -72,17 +78,30 @@ void IrregularCells::addPolyhedron(const Polygons& polygons, Id file_id) {
     ++report_.degenerate;
   } else if (!orientTogether(around)) {
     ++report_.unclosed;
-  } else {
-    add(around, file_id);
+  } else if (add(around, file_id) == 0) {
+    ++report_.degenerate;
   }
 }
 
-void IrregularCells::add(const Polygons& polygons, Id file_id) {
+std::size_t IrregularCells::addParts(const Polygons& polygons, Id file_id) {
+  std::size_t added = 0;
+  for (Polygons& part : parts(polygons)) {
+    if (part.size() >= 4 && orientTogether(part)) added += add(part, file_id);
+  }
+  return added;
+}
+
+std::size_t IrregularCells::add(const Polygons& polygons, Id file_id) {
   if (const std::optional<Recognised> known = recognise(polygons)) {
     cells_.add(known->type, known->vertices, file_id);
-  } else {
-    cells_.addPolyhedron(polygons, file_id);
+    return 1;
   }
+  // A triangle of one polygon's fan may lie on another face: a cell would be its own neighbour there.
+  const Polygons fans = fanned(polygons);
+  const Polygons apart = reduced(fans);
+  if (apart.size() < fans.size()) return addParts(apart, file_id);
+  cells_.addPolyhedron(polygons, file_id);
+  return 1;
 }
 
 }  // namespace spillikin::mesh

@@ -64,7 +64,9 @@ class IrregularCells {
   void addPolyhedron(const Polygons& polygons, Id file_id);
 
  private:
-  void add(const Polygons& polygons, Id file_id);
+  // The number of cells that the closed polygons became.
+  std::size_t addParts(const Polygons& polygons, Id file_id);
+  std::size_t add(const Polygons& polygons, Id file_id);
 
   const Numbering& numbering_;
   RawCells& cells_;

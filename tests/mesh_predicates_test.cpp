@@ -1,0 +1,115 @@
+// Orientation against rational arithmetic, where rounding would decide wrongly.
+#include "spillikin/mesh/predicates.h"
+
+#include <CGAL/Exact_rational.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+namespace spillikin::mesh {
+namespace {
+
+using Rational = CGAL::Exact_rational;
+using Row = std::array<Rational, 3>;
+
+Row row(const Vec3& p, const Vec3& q) {
+  return {Rational(p.x) - Rational(q.x), Rational(p.y) - Rational(q.y), Rational(p.z) - Rational(q.z)};
+}
+
+int signOfDeterminant(const Row& u, const Row& v, const Row& w) {
+  const Rational det =
+      u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+  return static_cast<int>(CGAL::sign(det));
+}
+
+int truth(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return signOfDeterminant(row(b, a), row(c, a), row(d, a));
+}
+int truthDirection(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v) {
+  return signOfDeterminant(row(b, a), row(c, a), row(v, Vec3(0.0)));
+}
+
+TEST(Orient3d, SignIsThatOfTheDeterminant) {
+  const Vec3 o(0, 0, 0), x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  EXPECT_EQ(orient3d(o, x, y, z), 1);
+  EXPECT_EQ(orient3d(o, y, x, z), -1);
+  EXPECT_EQ(orient3d(o, x, y, Vec3(3, 4, 0)), 0);
+  EXPECT_EQ(orientDirection(o, x, y, z), 1);
+  EXPECT_EQ(orientDirection(x, o, y, z), -1);
+  EXPECT_EQ(orientDirection(o, x, y, Vec3(1, 1, 0)), 0);
+  EXPECT_EQ(orientViewpoint(o, x, y, Viewpoint(0, 0, 5, 1)), 1);
+  EXPECT_EQ(orientViewpoint(o, x, y, Viewpoint(0, 0, -5, 0)), -1);
+}
+
+TEST(Orient3d, NearlyCoplanarPointsFarAwayAsRationalsSay) {
+  const std::uint64_t seed = 20;
+  SCOPED_TRACE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const auto any = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  std::array<int, 3> seen{};
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 centre = 1e6 * any();
+    const Vec3 a = centre + any(), b = centre + any(), c = centre + any();
+    // In the plane but for rounding, or 1e-9 off.
+    Vec3 d = a + uniform(random) * (b - a) + uniform(random) * (c - a);
+    if (i % 2 == 0) d += 1e-9 * any();
+    const int sign = orient3d(a, b, c, d);
+    ASSERT_EQ(sign, truth(a, b, c, d)) << i;
+    ASSERT_EQ(orient3d(b, a, c, d), -sign);
+    ASSERT_EQ(orient3d(b, c, a, d), sign);
+    ++seen[static_cast<std::size_t>(sign + 1)];
+    const Vec3 v = d - a;
+    ASSERT_EQ(orientDirection(a, b, c, v), truthDirection(a, b, c, v)) << i;
+  }
+  EXPECT_GT(seen[0], 1000);
+  EXPECT_GT(seen[2], 1000);
+}
+
+TEST(Orient3d, CoplanarLatticePointsAreZero) {
+  std::mt19937_64 random(21);
+  std::uniform_int_distribution<int> whole(-1000, 1000);
+  const auto any = [&] { return Vec3(whole(random), whole(random), whole(random)); };
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 a = any(), u = any(), v = any();
+    const double scale = std::ldexp(1.0, whole(random) / 10);
+    const Vec3 shift = 0.1 * any();  // the same rounded numbers in all four points only where they are exact
+    const double s = whole(random), t = whole(random);
+    const Vec3 b = a + u, c = a + v, d = a + s * u + t * v;
+    ASSERT_EQ(orient3d(scale * a, scale * b, scale * c, scale * d), 0);
+    ASSERT_EQ(orient3d(a + shift, b + shift, c + shift, d + shift), truth(a + shift, b + shift, c + shift, d + shift));
+    ASSERT_EQ(orientDirection(a, b, c, s * u + t * v), 0);
+  }
+}
+
+TEST(Orient3d, AxisAlignedPlanesAndDirections) {
+  for (const double h : {1.0, 0.1, 1e-200, 1e200}) {
+    const Vec3 a(h, h, h), b(2 * h, h, h), c(h, 2 * h, h);
+    EXPECT_EQ(orientDirection(a, b, c, Vec3(1, 0, 0)), 0);
+    EXPECT_EQ(orientDirection(a, b, c, Vec3(0, 0, 1e-3)), 1);
+    EXPECT_EQ(orient3d(a, b, c, Vec3(-7, 3, h)), 0);
+    EXPECT_EQ(orient3d(a, b, c, Vec3(-7, 3, std::nextafter(h, 0.0))), -1);
+  }
+}
+
+TEST(Orient3d, TinyAndHugeCoordinatesNeitherVanishNorOverflow) {
+  std::mt19937_64 random(22);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::uniform_int_distribution<int> exponent(-1000, 1000);
+  for (int i = 0; i < 5000; ++i) {
+    const auto coordinate = [&](int e) { return std::ldexp(uniform(random), e); };
+    const int common = exponent(random);
+    const auto any = [&] {
+      const int e = i % 2 == 0 ? common : exponent(random);
+      return Vec3(coordinate(e), coordinate(i % 3 == 0 ? exponent(random) : e), coordinate(e));
+    };
+    const Vec3 a = any(), b = any(), c = any(), d = any();
+    ASSERT_EQ(orient3d(a, b, c, d), truth(a, b, c, d)) << i;
+    ASSERT_EQ(orientDirection(a, b, c, d), truthDirection(a, b, c, d)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace spillikin::mesh
