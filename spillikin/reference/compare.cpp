@@ -58,8 +58,9 @@ ChannelError summarize(std::vector<double>& errors) {
   out.mean = sum / count;
   out.rms = std::sqrt(squares / count);
   for (std::size_t p = 0; p < percentiles.size(); ++p) {
-    const auto rank = static_cast<std::size_t>(std::ceil(percentiles[p] / 100.0 * count));
-    out.percentile[p] = errors[std::clamp<std::size_t>(rank, 1, errors.size()) - 1];
+    const auto per_mille = static_cast<std::size_t>(std::lround(10.0 * percentiles[p]));
+    const std::size_t rank = (errors.size() * per_mille + 999) / 1000;  // in integers: 99.9 has no exact double
+    out.percentile[p] = errors[std::max<std::size_t>(rank, 1) - 1];
   }
   return out;
 }
