@@ -194,7 +194,8 @@ TEST(Build, NumberingFollowsSpace) {
 }
 
 TEST(Build, DoesNotDependOnTheNumberOfThreads) {
-  Source source = tests::join(shuffled(tests::tetrahedronGrid(14, 0.15, 3), 1), shuffled(tests::hexahedronGrid(9), 2));
+  const Source source =
+      tests::join(shuffled(tests::tetrahedronGrid(14, 0.15, 3), 1), shuffled(tests::hexahedronGrid(9), 2));
   for (std::size_t p = 0; p < source.points.size(); p += 2)
     source.points[p].x += 0.0;
   std::vector<Mesh> meshes;
@@ -259,7 +260,7 @@ TEST(Build, PointsOfDroppedCellsAreDropped) {
 }
 
 TEST(Build, VolumesOfEitherSignDownToTheLastBit) {
-  // A tetrahedron 2^-50 high: its volume is not zero, and a rounded determinant far from the origin would not know.
+  // A tetrahedron 2^-30 high: its volume is not zero, and a rounded determinant far from the origin would not know.
   for (const double height : {0x1p-30, -0x1p-30}) {
     const Vec3 far(1e6, 2e6, 3e6);
     BuildReport report;
