@@ -1,15 +1,32 @@
 // The weights in single precision, plain and in vectors, against those in double.
 #include <gtest/gtest.h>
 
+#include <glm/vec3.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "spillikin/integrate/psi_float.h"
 #include "spillikin/integrate/segment.h"
 #include "spillikin/integrate/segment_batch.h"
+#include "spillikin/integrate/segment_glsl.h"
+
+// The shader's text as C++: what is tested is what is sent.
+namespace spillikin::integrate::glsl {
+namespace {
+
+using glm::vec3;
+using std::abs, std::exp, std::min, std::sqrt;
+#define SPILLIKIN_GLSL(...) __VA_ARGS__
+#include "spillikin/integrate/segment_glsl.inc"
+#undef SPILLIKIN_GLSL
+
+}  // namespace
+}  // namespace spillikin::integrate::glsl
 
 namespace spillikin::integrate {
 namespace {
@@ -85,6 +102,21 @@ TEST(PsiFloat, ReachesDoubleForAnyDepthAndDifference) {
     alpha.push_back(w.alpha);
   }
   expectClose(ends, front, back, alpha);
+}
+
+TEST(PsiFloat, AsAShaderReachesDoubleToo) {
+  const Ends ends = sweep();
+  std::vector<float> front, back, alpha;
+  for (std::size_t i = 0; i < ends.x.size(); ++i) {
+    const glm::vec3 w = glsl::segmentWeights(ends.x[i], ends.y[i]);
+    front.push_back(w.x);
+    back.push_back(w.y);
+    alpha.push_back(w.z);
+    const double depth = 0.5 * ends.x[i] + 0.5 * ends.y[i];
+    EXPECT_NEAR(glsl::segmentOpacity(static_cast<float>(depth)), -std::expm1(-depth), bound * -std::expm1(-depth));
+  }
+  expectClose(ends, front, back, alpha);
+  EXPECT_NE(std::string(segment_glsl).find("vec3 segmentWeights(float x, float y) {"), std::string::npos);
 }
 
 TEST(PsiFloat, InVectorsReachesDoubleToo) {

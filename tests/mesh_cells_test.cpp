@@ -268,6 +268,7 @@ TEST(Polyhedra, KnownFormsAreRecognised) {
       checkInvariants(mesh);
       EXPECT_STREQ(name(mesh.cell_type[0]), name(shape.type));
       EXPECT_FALSE(mesh.has_polyhedra());
+      EXPECT_EQ(report.inverted, 0U);  // the faces given are outward
       EXPECT_NEAR(volume(mesh), shape.volume, 1e-14);
     }
   }

@@ -59,8 +59,8 @@ TEST(BuildErrors, ConnectivityOutOfRange) {
 
 TEST(BuildErrors, ConnectivityOfAWrongLength) {
   Source source = grid();
-  source.types[4] = vtk_cell::wedge;
-  expectHas(buildMessage(source), "cell 4 (VTK type 13)");
+  source.types[4] = vtk_cell::pentagonal_prism;
+  expectHas(buildMessage(source), "cell 4 (VTK type 15)");
   source = grid();
   source.offsets[3] = 1000;  // beyond the end, then back
   expectHas(buildMessage(source), "cell 2");
@@ -70,6 +70,19 @@ TEST(BuildErrors, ConnectivityOfAWrongLength) {
   source = grid();
   source.offsets.pop_back();
   expectHas(buildMessage(source), "8 offsets");
+}
+
+TEST(BuildErrors, CellsThatNameTooManyPointsAreAWarning) {
+  // Hexahedra that carry 20 nodes under the linear type exist; VTK draws their first eight.
+  Source source = tests::oneCell(
+      vtk_cell::hexahedron,
+      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {5, 5, 5}});
+  BuildReport report;
+  const Mesh mesh = build(source, &report);
+  EXPECT_EQ(mesh.points.size(), 8U);
+  EXPECT_EQ(report.unused_points, 1U);
+  ASSERT_EQ(report.warnings.size(), 1U);
+  expectHas(report.warnings[0], "1 cells name more points");
 }
 
 TEST(BuildErrors, FaceStreamsThatDoNotFit) {

@@ -66,7 +66,7 @@ struct ScalarOps {
   static V sub(V a, V b) { return a - b; }
   static V mul(V a, V b) { return a * b; }
   static V mulAdd(V a, V b, V c) { return a * b + c; }
-  static V div(V a, V b) { return a / b; }
+  static V reciprocal(V a) { return 1.0F / a; }
   static V sqrt(V a) { return std::sqrt(a); }
   static V abs(V a) { return std::abs(a); }
   static V min(V a, V b) { return std::min(a, b); }

@@ -10,10 +10,11 @@ inline typename Ops::V horner(const Ops& o, const std::array<float, N>& c, typen
   return sum;
 }
 
-// exp(-m) for m >= 0; what is below 2^-126 becomes that.
+// exp(-m) for m >= 0. Beyond 64 it stays at 2e-28, which no float beside it can tell from 0: products of smaller
+// numbers would be denormal, and slow.
 template <class Ops>
 inline typename Ops::V expOfMinus(const Ops& o, typename Ops::V m) {
-  const auto exponent = o.mul(o.min(m, o.set(87.0F)), o.set(-1.44269504F));
+  const auto exponent = o.mul(o.min(m, o.set(64.0F)), o.set(-1.44269504F));
   const auto whole = o.round(exponent);
   return o.mul(horner(o, power2, o.sub(exponent, whole)), o.exp2i(whole));
 }
@@ -45,13 +46,13 @@ inline Weights<typename Ops::V> thickWeights(const Ops& o, typename Ops::V x, ty
   const auto root = o.sqrt(two_d);  // 2 a, a = sqrt(|d| / 2)
   // Both ends of Psi = end(x) - zeta end(y): sqrt(pi)/2 erfcx(x / 2a) / a or F(x / 2a) / a.
   const auto growingEnd = [&](V end) {
-    const auto inverse = o.div(o.set(1.0F), o.mulAdd(o.set(growing_scale), end, root));
+    const auto inverse = o.reciprocal(o.mulAdd(o.set(growing_scale), end, root));
     return o.mul(horner(o, growing, o.mul(root, inverse)), inverse);
   };
   const auto fallingEnd = [&](V end) {
-    const auto inverse = o.div(o.set(1.0F), o.mulAdd(o.mul(o.set(falling_scale), end), end, two_d));
+    const auto inverse = o.reciprocal(o.mulAdd(o.mul(o.set(falling_scale), end), end, two_d));
     const auto t = o.mul(two_d, inverse);
-    return o.div(o.mul(o.mul(end, inverse), horner(o, falling_over, t)), horner(o, falling_under, t));
+    return o.mul(o.mul(o.mul(end, inverse), horner(o, falling_over, t)), o.reciprocal(horner(o, falling_under, t)));
   };
   const auto zeta = expOfMinus(o, o.mul(o.set(0.5F), o.add(x, y)));
   const auto falls = o.less(d, zero);

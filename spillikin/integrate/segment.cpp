@@ -1,6 +1,7 @@
 #include "spillikin/integrate/segment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -23,6 +24,14 @@ constexpr double opaque_end = 1e150;
 // Behind this optical depth less than 1e-19 of the light is left: nothing that a double beside it can hold.
 constexpr double black = 44.0;
 
+// 1 / (n + 1): a division for each term would cost more than the rest of the series.
+constexpr std::array<double, 64> per_next = [] {
+  std::array<double, 64> table{};
+  for (std::size_t n = 0; n < table.size(); ++n)
+    table[n] = 1.0 / static_cast<double>(n + 1);
+  return table;
+}();
+
 // exp(-(x s + d s^2 / 2)) = sum c_n s^n with (n + 1) c_{n+1} = -x c_n - d c_{n-1}. Term by term, 1 - Psi is the sum of
 // -c_n / (n + 1), Psi - zeta the sum of -c_n n / (n + 1).
 Weights thinWeights(double x, double y) {
@@ -30,11 +39,11 @@ Weights thinWeights(double x, double y) {
   Weights w;
   double before = 1.0;
   double c = -x;
-  for (int n = 1; n < 64; ++n) {
-    const double share = c / (n + 1.0);
+  for (std::size_t n = 1; n < per_next.size(); ++n) {
+    const double share = c * per_next[n];
     w.front -= share;
-    w.back -= n * share;
-    const double next = (-x * c - d * before) / (n + 1.0);
+    w.back -= static_cast<double>(n) * share;
+    const double next = (-x * c - d * before) * per_next[n];
     // Two terms in a row must be small: one of them alone may vanish.
     if (std::abs(c) + std::abs(next) <= 1e-18 * w.front) break;
     before = c;
