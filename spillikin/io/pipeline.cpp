@@ -16,6 +16,7 @@
 #include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <cctype>
+#include <cstring>
 #include <new>
 
 #include "spillikin/base/error.h"
@@ -24,7 +25,8 @@
 namespace spillikin::io {
 namespace {
 
-// Keeps the first error and drops the rest of what VTK says.
+// Keeps the first error and drops the rest of what VTK says. Readers that find a file short often only warn of it:
+// "Error reading binary data".
 class Messages : public vtkOutputWindow {
  public:
   static Messages* New();
@@ -32,8 +34,10 @@ class Messages : public vtkOutputWindow {
   void DisplayErrorText(const char* text) override {
     if (first_error.empty()) first_error = text;
   }
-  void DisplayWarningText(const char*) override {}
-  void DisplayGenericWarningText(const char*) override {}
+  void DisplayWarningText(const char* text) override {
+    if (std::strstr(text, "rror reading") != nullptr) DisplayErrorText(text);
+  }
+  void DisplayGenericWarningText(const char* text) override { DisplayWarningText(text); }
   void DisplayDebugText(const char*) override {}
 
   std::string first_error;
@@ -65,7 +69,12 @@ vtkStandardNewMacro(Messages)
 // "ERROR: In f.cxx, line 7\nvtkReader (0x55): text\n\n" becomes "text", on one line.
 std::string essence(const std::string& message) {
   std::size_t begin = message.find("): ");
-  begin = begin == std::string::npos ? 0 : begin + 3;
+  if (begin != std::string::npos) {
+    begin += 3;
+  } else {
+    begin = message.find('\n');
+    begin = begin == std::string::npos ? 0 : begin;
+  }
   std::string text;
   for (const char c : message.substr(begin)) {
     const bool blank = std::isspace(static_cast<unsigned char>(c)) != 0;
@@ -176,7 +185,6 @@ mesh::Source run(vtkAlgorithm* reader, const Request& request, const std::functi
   } catch (const std::length_error&) {
     refuse(request, "it asks for more memory than there is");
   }
-  if (!request.times_only && source.points.empty()) refuse(request, "it holds no points");
   return source;
 }
 

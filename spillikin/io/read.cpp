@@ -9,6 +9,14 @@
 namespace spillikin::io {
 namespace {
 
+// A part of a mesh may be empty, the whole may not: readers that fail without a word leave nothing.
+void checkNotEmpty(const mesh::Source& source) {
+  const char* missing = source.points.empty() ? "points" : source.types.empty() ? "cells" : nullptr;
+  if (missing == nullptr) return;
+  throw Error(
+      fmt::format("'{}' holds no {}; it is truncated or damaged, or no mesh: export it again", source.name, missing));
+}
+
 mesh::Source read(const Request& request, bool isolated) {
   const Format& format = formatOf(request.path);
   checkFile(request.path, format);
@@ -26,7 +34,9 @@ mesh::Source readMesh(const std::string& path, const ReadOptions& options) {
   if (options.step && options.time) {
     throw Error(fmt::format("both a step and a time of '{}' are asked for; choose one", path));
   }
-  return read({path, options.step, options.time, options.progress, false}, options.isolate);
+  mesh::Source source = read({path, options.step, options.time, options.progress, false}, options.isolate);
+  checkNotEmpty(source);
+  return source;
 }
 
 std::vector<double> readTimes(const std::string& path) {

@@ -1,7 +1,12 @@
 // Exodus II: every element block, every variable, coordinates as stored.
+#include <fmt/format.h>
 #include <vtkExodusIIReader.h>
 #include <vtkNew.h>
 
+#include <filesystem>
+
+#include "spillikin/base/error.h"
+#include "spillikin/io/netcdf_size.h"
 #include "spillikin/io/pipeline.h"
 
 namespace spillikin::io {
@@ -12,9 +17,19 @@ void setAll(vtkExodusIIReader* reader, int type, int status) {
     reader->SetObjectStatus(type, i, status);
 }
 
+void checkLength(const std::string& path) {
+  const std::optional<std::uint64_t> needed = netcdfSize(path);
+  std::error_code error;
+  const std::uintmax_t there = std::filesystem::file_size(path, error);
+  if (error || !needed || there >= *needed) return;
+  throw Error(
+      fmt::format("'{}' is truncated: it has {} bytes of at least {}; copy or export it again", path, there, *needed));
+}
+
 }  // namespace
 
 mesh::Source readExodus(const Request& request) {
+  checkLength(request.path);
   vtkNew<vtkExodusIIReader> reader;
   reader->SetFileName(request.path.c_str());
   // Displacements stay arrays among the others: whoever draws decides whether to apply them.

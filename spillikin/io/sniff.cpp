@@ -1,6 +1,8 @@
 #include "spillikin/io/sniff.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <utility>
 
 namespace spillikin::io {
@@ -63,8 +65,9 @@ std::string xmlType(std::string_view head) {
   const std::size_t key = tag.find(" type=");
   if (key == std::string_view::npos || key + 7 >= tag.size()) return {};
   const char quote = tag[key + 6];
-  const std::string_view value = tag.substr(key + 7);
-  return std::string(value.substr(0, value.find(quote)));
+  const std::string_view value = tag.substr(key + 7, tag.substr(key + 7).find(quote));
+  const bool name = std::all_of(value.begin(), value.end(), [](unsigned char c) { return std::isalnum(c) != 0; });
+  return name ? std::string(value) : std::string();
 }
 
 bool caseFile(std::string_view head) {
