@@ -87,6 +87,7 @@ void CycleCutter::addHalf(std::uint32_t inside, std::uint32_t outside, std::size
   const int s = signs_.sign(row);
   if (s == 0) return;
   Polygon polygon{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]};
+  if (apart(polygon, polygon)) return;
   edges_.push_back({s > 0 ? inside : outside, s > 0 ? outside : inside, std::move(polygon), {}});
 }
 
@@ -125,6 +126,7 @@ void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
       if (exit.node == entry.node) continue;
       if (!projectionsOverlap(exit.corner, exit.sign, entry.corner, entry.sign, viewpoint_)) continue;
       if (nearer(exit.corner, exit.sign, entry.corner, entry.sign, viewpoint_) < 0) continue;
+      if (!seenTogether({exit.corner.begin(), exit.corner.end()}, {entry.corner.begin(), entry.corner.end()})) continue;
       edges_.push_back({entry.node,
                         exit.node,
                         {exit.corner.begin(), exit.corner.end()},
@@ -134,6 +136,7 @@ void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
 }
 
 bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
+  bool right = true;
   for (;;) {
     std::vector<std::uint32_t> local(pieces_.size(), unset);
     for (std::uint32_t i = 0; i < nodes.size(); ++i)
@@ -156,7 +159,6 @@ bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
         const std::uint32_t c = component_of[local[edges_[e].from]];
         if (c == component_of[local[edges_[e].to]]) inside[c].push_back(e);
       }
-      bool right = true;
       for (std::size_t c = 0; c < components.size(); ++c) {
         if (components[c].size() == 1) {
           emit(nodes[components[c][0]], order);
@@ -186,13 +188,32 @@ bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
         choice = chooseCut(cycle, edges, planes);
       }
     }
-    if (!choice.found) {
-      for (const std::uint32_t node : nodes)
-        emit(node, order);
-      return false;
+    if (choice.found) {
+      cut(choice, nodes, edges);
+    } else {
+      right = false;
+      dropLeast(shortestCycle(nodes, edges), edges);
     }
-    cut(choice, nodes, edges);
   }
+}
+
+// Gives up the relation that is seen through the smallest window.
+void CycleCutter::dropLeast(const Edges& cycle, Edges& edges) const {
+  std::uint32_t least = cycle.front();
+  double least_size = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t e : cycle) {
+    const Polygon& p = edges_[e].exit;
+    Vec3 area(0.0);
+    for (std::size_t k = 2; k < p.size(); ++k)
+      area += cross(p[k - 1] - p[0], p[k] - p[0]);
+    const Vec3 sight = viewpoint_.w == 0.0 ? Vec3(viewpoint_) : Vec3(viewpoint_) - p[0];
+    const double size = std::abs(dot(area, sight)) / std::sqrt(dot(sight, sight));
+    if (size < least_size) {
+      least_size = size;
+      least = e;
+    }
+  }
+  edges.erase(std::find(edges.begin(), edges.end(), least));
 }
 
 // Breadth first from some of the nodes; the edges of the shortest way back, in their direction.
@@ -354,7 +375,8 @@ std::vector<CycleCutter::Polygon> CycleCutter::section(const Piece& piece, const
   return sections;
 }
 
-// Does a plane through the viewpoint and an edge of a part them?
+// Does a plane through the viewpoint and an edge of a part them, or is a too thin to be seen (and so apart from
+// itself)?
 bool CycleCutter::apart(const Polygon& a, const Polygon& b) const {
   std::vector<Plane> planes;
   eyePlanes(a, planes);
@@ -388,9 +410,16 @@ void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
     Edge halves[2] = {edge, edge};
     for (int h = 0; h < 2; ++h) {
       Polygon& polygon = uses_entry ? halves[h].entry : halves[h].exit;
-      polygon = clip(polygon, h == 0 ? near_half : far_half);
+      // A face in the plane of the cut bounds the half that lies on its own side: it is the far boundary of the cell
+      // that comes after and the near one of the cell that comes before.
+      if (side(polygon, near_half) == 2) {
+        if ((edge.to == near) != (h == 0)) polygon.clear();
+      } else {
+        polygon = clip(polygon, h == 0 ? near_half : far_half);
+      }
       if (h == 1) (edge.from == near ? halves[h].from : halves[h].to) = far;
-      const bool gone = polygon.empty() || (!halves[h].entry.empty() && !seenTogether(halves[h].exit, halves[h].entry));
+      const Polygon& other = halves[h].entry.empty() ? halves[h].exit : halves[h].entry;
+      const bool gone = polygon.empty() || !seenTogether(halves[h].exit, other);
       if (gone) halves[h].exit.clear();
     }
     edges_[edges[i]] = halves[0];
@@ -403,6 +432,7 @@ void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
               edges.end());
   if (choice.plane.viewer == 0) return;
   for (const Polygon& polygon : sections) {
+    if (apart(polygon, polygon)) continue;
     edges.push_back(static_cast<std::uint32_t>(edges_.size()));
     edges_.push_back({far, near, polygon, {}});
   }

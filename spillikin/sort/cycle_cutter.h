@@ -24,8 +24,9 @@ class CycleCutter {
   // `across_gaps`: rays may leave the mesh and enter it again, so that exterior faces order cells, too.
   CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, bool across_gaps);
 
-  // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, which it
-  // does after `most_cuts` per cell; the cells are listed all the same.
+  // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, as for
+  // cells that overlap, or after `most_cuts` per cell: it then ignores the relation of a cycle that is seen through the
+  // smallest window, one after the other, until there is an order.
   bool operator()(std::span<const mesh::Id> component, Order& order);
 
   static constexpr double thin = 1e-9;
@@ -60,6 +61,7 @@ class CycleCutter {
   void gapEdges(std::span<const mesh::Id> component);
   void addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row, const std::array<mesh::Id, 3>& corner);
   bool resolve(Nodes nodes, Edges edges, Order& order);
+  void dropLeast(const Edges& cycle, Edges& edges) const;
   Edges shortestCycle(const Nodes& nodes, const Edges& edges) const;
   void facePlanes(mesh::Id cell, std::vector<Plane>& out) const;
   void eyePlanes(const Polygon& polygon, std::vector<Plane>& out) const;
