@@ -14,6 +14,7 @@
 #include "spillikin/reference/contacts.h"
 #include "spillikin/reference/crossing.h"
 #include "spillikin/reference/edge_on.h"
+#include "spillikin/reference/isoparametric.h"
 #include "spillikin/reference/quadrature.h"
 #include "spillikin/reference/rays.h"
 #include "spillikin/reference/reference.h"
@@ -32,6 +33,7 @@ struct Scratch {
   std::vector<mesh::Id> cells;
   CellScratch cell;
   std::vector<Span> spans;
+  std::vector<Vec3> roots;
 };
 
 bool before(const Span& a, const Span& b) {
@@ -77,9 +79,11 @@ struct RayCaster::Impl {
 
   void prepare(const Options& options) const;
   double contactTolerance(const Line& line) const;
+  double curvedShift() const;
   void collect(const Ray& ray, const Line& line, bool eye, mesh::FieldModel model, Scratch& s) const;
   void addCell(const Line& line, mesh::Id cell, Scratch& s) const;
   void addTetrahedra(const Line& line, mesh::Id cell, Scratch& s) const;
+  void addCurved(const Line& line, mesh::Id cell, Scratch& s) const;
   void addCrossings(mesh::Id cell, bool faces, Scratch& s) const;
   Radiance integrate(const Line& line, const Range& range, const TransferFunction& tf, bool by_quadrature,
                      Scratch& s) const;
@@ -102,6 +106,11 @@ double RayCaster::Impl::contactTolerance(const Line& line) const {
   const double origin = std::max({std::abs(line.o.x), std::abs(line.o.y), std::abs(line.o.z)});
   return (roundings * (candidates.magnitude() + origin) + 8.0 * barycentric_tolerance * candidates.radius()) /
          line.length;
+}
+
+double RayCaster::Impl::curvedShift() const {
+  constexpr double rounding = std::numeric_limits<double>::epsilon();
+  return std::max(curved_shift * candidates.radius(), curved_shift_roundings * rounding * candidates.magnitude());
 }
 
 // Turns the sorted crossings of one closed surface into spans, two by two.
@@ -129,14 +138,26 @@ void RayCaster::Impl::addTetrahedra(const Line& line, mesh::Id cell, Scratch& s)
   }
 }
 
+void RayCaster::Impl::addCurved(const Line& line, mesh::Id cell, Scratch& s) const {
+  const bool constant = field.association == mesh::Association::cells;
+  const std::size_t first = s.spans.size();
+  crossCurved(line, mesh, cell, constant ? nullptr : field.values.data(), field_tolerance * (field.hi - field.lo),
+              curvedShift(), s.roots, s.spans);
+  for (std::size_t n = first; constant && n < s.spans.size(); ++n)
+    s.spans[n].front = s.spans[n].back = field.values[cell];
+}
+
 // Fills s.spans with everything on the ray, sorted; `eye` when nothing behind the origin is wanted.
 void RayCaster::Impl::collect(const Ray& ray, const Line& line, bool eye, mesh::FieldModel model, Scratch& s) const {
   s.spans.clear();
   s.cell.reserve(shapes.most_vertices, shapes.most_edges);
   candidates.gather(ray, eye, s.cells);
   const bool tets = model == mesh::FieldModel::tets && !mesh.tetrahedral();
+  const bool isoparametric = model == mesh::FieldModel::isoparametric;
   for (const mesh::Id cell : s.cells) {
-    if (tets) {
+    if (isoparametric && curved(mesh.cell_type[cell])) {
+      addCurved(line, cell, s);
+    } else if (tets) {
       addTetrahedra(line, cell, s);
     } else {
       addCell(line, cell, s);
