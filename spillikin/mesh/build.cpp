@@ -112,8 +112,12 @@ class Builder {
                               sourceName(source_), n, source_.points.size()));
     }
     std::array<Plan, 256> plans;
-    for (std::size_t t = 0; t < plans.size(); ++t)
-      plans[t] = plan(static_cast<std::uint8_t>(t));
+    for (std::size_t t = 0; t < plans.size(); ++t) {
+      const auto type = static_cast<std::uint8_t>(t);
+      plans[t] = plan(type);
+      const bool fixed = plans[t].kind == Kind::fixed;
+      nodes_[t] = static_cast<std::uint8_t>(fixed ? vertexCount(plans[t].type) : quadraticNodes(type));
+    }
     cells_.file_id.reserve(n);
     cells_.type.reserve(n);
     for (std::size_t c = 0; c < n; ++c) {
@@ -157,13 +161,17 @@ class Builder {
     for (const auto& [type, count] : report_.unsupported_types) {
       say(count, fmt::format("cells of VTK type {} are left out: this type is not drawn", type));
     }
+    say(longer_, "cells name more points than their type has: the first ones count");
     say(report_.unclosed, "polyhedra are left out: their faces do not close");
     say(folded, "faces have both their cells on one side: these cells overlap");
   }
 
+  // The cell's connectivity; of a fixed type, as many points as the type has: files exist that name more.
   std::span<const std::uint32_t> fileCell(std::size_t cell) const {
-    return {source_.connectivity.data() + source_.offsets[cell],
-            source_.connectivity.data() + source_.offsets[cell + 1]};
+    const std::span<const std::uint32_t> all(source_.connectivity.data() + source_.offsets[cell],
+                                             source_.connectivity.data() + source_.offsets[cell + 1]);
+    const std::size_t nodes = nodes_[source_.types[cell]];
+    return nodes > 0 ? all.first(nodes) : all;
   }
 
   // Calls visit with every point that the cell names.
@@ -203,14 +211,11 @@ class Builder {
   bool wrongLength(Id cell) const {
     const std::uint64_t begin = source_.offsets[cell], end = source_.offsets[cell + 1];
     if (begin > end || end > source_.connectivity.size()) return true;
-    const std::uint8_t type = source_.types[cell];
-    if (type == vtk_cell::polyhedron) return !forEachFilePoint(cell, [](std::uint32_t) {});
-    if (type == vtk_cell::convex_point_set) return false;
-    const unsigned nodes = quadraticNodes(type);
-    return end - begin != (nodes > 0 ? nodes : vertexCount(plan(type).type));
+    if (source_.types[cell] == vtk_cell::polyhedron) return !forEachFilePoint(cell, [](std::uint32_t) {});
+    return end - begin < nodes_[source_.types[cell]];
   }
 
-  void checkConnectivity() const {
+  void checkConnectivity() {
     const Id wrong = firstCell([&](Id cell) { return wrongLength(cell); });
     if (wrong != none) {
       throw Error(
@@ -233,6 +238,12 @@ class Builder {
                       "again",
                       sourceName(source_), outside, largest(outside), source_.points.size()));
     }
+    std::atomic<std::size_t> longer{0};
+    forEachKept([&](Id cell) {
+      const std::size_t nodes = nodes_[source_.types[cell]];
+      if (nodes > 0 && source_.offsets[cell + 1] - source_.offsets[cell] > nodes) ++longer;
+    });
+    longer_ = longer;
   }
 
   void markPoints() {
@@ -343,6 +354,8 @@ class Builder {
   const Source& source_;
   BuildReport& report_;
   PointPool pool_;
+  std::size_t longer_ = 0;                 // cells that name more points than their type has
+  std::array<std::uint8_t, 256> nodes_{};  // of each VTK type; 0 where every cell has its own number
   std::vector<std::uint8_t> used_;
   std::vector<Id> quadratic_, irregular_;  // cells of the file
   LinearCells linear_;

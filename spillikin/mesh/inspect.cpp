@@ -131,14 +131,15 @@ class Inspector {
     }
   };
 
-  // The first vertex at the same point stands for it; such vertices follow each other.
+  // The corners' places, rotated to the smallest: equal for triangles that are the same way round. The first vertex at
+  // a point stands for it; such vertices follow each other.
   std::array<Id, 3> places(Id a, Id b, Id c) const {
     std::array<Id, 3> key{a, b, c};
     for (Id& v : key) {
       while (v > 0 && mesh_.points[v - 1] == mesh_.points[v])
         --v;
     }
-    std::sort(key.begin(), key.end());
+    std::rotate(key.begin(), std::min_element(key.begin(), key.end()), key.end());
     return key;
   }
 
@@ -150,7 +151,8 @@ class Inspector {
         if (mesh_.triangle_cells[t][1] == none) exterior.insert(places(a, b, c));
       }
     }
-    const auto there = [&](Id a, Id b, Id c) { return exterior.count(places(a, b, c)) > 0; };
+    // Seen from the other side.
+    const auto there = [&](Id a, Id b, Id c) { return exterior.count(places(a, c, b)) > 0; };
     std::size_t count = 0;
     for (std::size_t i = 0; i < mesh_.quad_count() && !exterior.empty(); ++i) {
       if (mesh_.quad_cells[i][1] != none) continue;
