@@ -93,7 +93,7 @@ TEST_P(Fuzz, IsReadOrRefused) {
     } catch (const Error& error) {
       ++refused;
       const std::string text = error.what();
-      if (more != nullptr) std::cout << seed << ": " << text << "\n";
+      if (more != nullptr) std::cout << seed << ": " << text << std::endl;
       EXPECT_NE(text.find(folder.path().string()), std::string::npos) << text;
       EXPECT_EQ(text.find('\n'), std::string::npos) << text;
       EXPECT_NE(text.find(';'), std::string::npos) << "no remedy: " << text;
