@@ -85,4 +85,15 @@ int sideOfCrossing(const Line& e, const Line& f, const Line& g, const SignedArea
   return g_f1.sign * signOf(exact);
 }
 
+double crossingParameter(const Line& f, const Line& g, const SignedArea& g_f0, const SignedArea& g_f1) {
+  constexpr double accurate = 1e-14;  // of the segment's length
+  double from = std::fabs(g_f0.value);
+  double to = std::fabs(g_f1.value);
+  if (g_f0.error + g_f1.error > accurate * (from + to)) {
+    from = std::fabs(CGAL::to_double(exactCross(g.a, g.b, g.a, f.a)));
+    to = std::fabs(CGAL::to_double(exactCross(g.a, g.b, g.a, f.b)));
+  }
+  return from / (from + to);
+}
+
 }  // namespace spillikin::mesh

@@ -30,4 +30,8 @@ struct Line {
 int sideOfCrossing(const Line& e, const Line& f, const Line& g, const SignedArea& e_f0, const SignedArea& e_f1,
                    const SignedArea& g_f0, const SignedArea& g_f1);
 
+// Where along f its crossing with g lies, 0 at f.a and 1 at f.b, given the areas of g with the ends of f: accurate to
+// rounding, by exact arithmetic where the areas are too small to be known well.
+double crossingParameter(const Line& f, const Line& g, const SignedArea& g_f0, const SignedArea& g_f1);
+
 }  // namespace spillikin::mesh

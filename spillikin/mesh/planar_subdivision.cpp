@@ -56,7 +56,7 @@ const SignedArea& PlanarSubdivision::area(Index segment, Index point) const {
 }
 
 // On which side of the segment's line the place lies: 1 left, 0 on it, -1 right.
-int PlanarSubdivision::side(Index segment, const Place& place) const {
+int PlanarSubdivision::sideOf(Index segment, const Place& place) const {
   if (place.point != none) {
     return area(segment, place.point).sign;
   }
@@ -69,7 +69,6 @@ int PlanarSubdivision::side(Index segment, const Place& place) const {
   if (g0 == g1) {  // the crossing lies between the ends of g
     return g0;
   }
-  const auto line = [this](Index s) { return Line{points_[segments_[s][0]], points_[segments_[s][1]]}; };
   const auto [f0, f1] = segments_[f];
   // Asked for one by one: a row of areas may grow, but never while a reference into it is held.
   const SignedArea e_f0 = area(segment, f0);
@@ -117,7 +116,7 @@ int PlanarSubdivision::compareAlong(Index s, const Place& a, const Place& b) con
     other = a.segments[1];
     rise = cross(other, s);
   }
-  return -rise * side(other, b);
+  return -rise * sideOf(other, b);
 }
 
 // Sign of the turn from the dart's direction to that of s (reversed: against it): 1 left, -1 right, 0 the same
@@ -258,7 +257,7 @@ PlanarSubdivision::Hit PlanarSubdivision::firstHit(Index from, Dart wedge_dart, 
   do {
     const Index a = origin(d);
     const Index b = target(d);
-    const int side_b = b == from ? 0 : side(s, place(b));
+    const int side_b = b == from ? 0 : sideOf(s, place(b));
     if (b != from && side_b == 0) {
       const Place where = place(b);
       if (compareAlong(s, start, where) < 0 && compareAlong(s, where, end) <= 0) {
@@ -267,8 +266,8 @@ PlanarSubdivision::Hit PlanarSubdivision::firstHit(Index from, Dart wedge_dart, 
     } else if (a != from && b != from && side_a * side_b < 0) {
       const Index e = edges_[d >> 1U].segment;
       const int rise = cross(e, s);  // how the side of e changes along s
-      const int end_side = side(e, end);
-      if (side(e, start) == -rise && end_side != -rise) {
+      const int end_side = sideOf(e, end);
+      if (sideOf(e, start) == -rise && end_side != -rise) {
         const bool at_end = end_side == 0;
         offer({none, d, at_end}, at_end ? end : Place{none, {s, e}});
       }
@@ -428,9 +427,8 @@ double PlanarSubdivision::parameter(Index v, int which) const {
   const auto& crossed = vertices_[v].segments;
   const Index f = crossed[static_cast<std::size_t>(which)];
   const Index g = crossed[static_cast<std::size_t>(1 - which)];
-  const double from = std::fabs(area(g, segments_[f][0]).value);
-  const double to = std::fabs(area(g, segments_[f][1]).value);
-  return from / (from + to);
+  const SignedArea from = area(g, segments_[f][0]);
+  return crossingParameter(line(f), line(g), from, area(g, segments_[f][1]));
 }
 
 Vec2 PlanarSubdivision::position(Index v) const {

@@ -44,6 +44,9 @@ class PlanarSubdivision {
   // be connected: at least one of the points has to be a vertex already, but for the very first segment (throws Error).
   Index insert(Index a, Index b);
 
+  // The first point at the same coordinates; vertices and segments name only such points.
+  Index canonical(Index point) const { return canonical_[point]; }
+
   // True when the point is a vertex of an inserted segment.
   bool inserted(Index point) const { return vertex_of_point_[canonical_[point]] != none; }
 
@@ -61,6 +64,9 @@ class PlanarSubdivision {
   // second.
   double parameter(Index v, int which) const;
   std::array<Index, 2> segment(Index s) const { return segments_[s]; }
+
+  // On which side of the segment's line a vertex lies, exact: 1 left, 0 on it, -1 right.
+  int side(Index segment, Index vertex) const { return sideOf(segment, place(vertex)); }
 
   // The vertices of a bounded region, counterclockwise in a frame whose y runs upwards. Edges that end inside the
   // region are left out.
@@ -99,8 +105,9 @@ class PlanarSubdivision {
   Dart next(Dart d) const { return cw(twin(d)); }  // along the boundary of the region to the left
   Place place(Index v) const { return {vertices_[v].point, vertices_[v].segments}; }
 
+  Line line(Index s) const { return {points_[segments_[s][0]], points_[segments_[s][1]]}; }
   const SignedArea& area(Index segment, Index point) const;
-  int side(Index segment, const Place& place) const;
+  int sideOf(Index segment, const Place& place) const;
   int cross(Index s, Index t) const;
   bool sameDirection(Index s, Index t) const;
   int compareAlong(Index s, const Place& a, const Place& b) const;
