@@ -51,8 +51,8 @@ std::uint32_t indexOf(std::span<const mesh::Id> ascending, mesh::Id cell) {
 
 }  // namespace
 
-CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, bool across_gaps)
-    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), across_gaps_(across_gaps) {}
+CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps)
+    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), gaps_(gaps) {}
 
 bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) {
   pieces_.clear();
@@ -75,7 +75,7 @@ bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) 
   tolerance_ = std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
   cuts_left_ = most_cuts * component.size() + 16;
   faceEdges(component);
-  if (across_gaps_) gapEdges(component);
+  if (gaps_ != nullptr) gapEdges(component);
   Edges edges(edges_.size());
   for (std::uint32_t e = 0; e < edges.size(); ++e)
     edges[e] = e;
@@ -87,7 +87,7 @@ void CycleCutter::addHalf(std::uint32_t inside, std::uint32_t outside, std::size
   const int s = signs_.sign(row);
   if (s == 0) return;
   Polygon polygon{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]};
-  if (apart(polygon, polygon)) return;
+  if (!seen(polygon, viewpoint_, tolerance_)) return;
   edges_.push_back({s > 0 ? inside : outside, s > 0 ? outside : inside, std::move(polygon), {}});
 }
 
@@ -104,33 +104,20 @@ void CycleCutter::faceEdges(std::span<const mesh::Id> component) {
 }
 
 void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
-  struct Side {
-    std::uint32_t node;
-    int sign;
-    Triangle corner;
-  };
-  std::vector<Side> exits, entries;
+  const GapEdges& finder = gaps_->finder;
   for (std::uint32_t i = 0; i < component.size(); ++i) {
-    for (const mesh::FaceUse use : mesh_.faces(component[i])) {
-      if (!mesh_.exterior(use.face())) continue;
-      forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& c) {
-        const int s = signs_.sign(row);
-        if (s != 0) {
-          (s < 0 ? exits : entries).push_back({i, s, {mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]]}});
+    for (const mesh::Id front : gaps_->edges.after(component[i])) {
+      const std::uint32_t j = indexOf(component, front);
+      if (j == unset) continue;
+      for (const std::uint32_t exit : finder.trianglesOf(front)) {
+        if (finder.sign(exit) >= 0) continue;
+        for (const std::uint32_t entry : finder.trianglesOf(component[i])) {
+          if (finder.sign(entry) <= 0 || !finder.related(exit, entry, viewpoint_)) continue;
+          const Triangle a = finder.tree().corners(exit), b = finder.tree().corners(entry);
+          if (!seenTogether(a, b, viewpoint_, tolerance_)) continue;
+          edges_.push_back({i, j, {a.begin(), a.end()}, {b.begin(), b.end()}});
         }
-      });
-    }
-  }
-  for (const Side& exit : exits) {
-    for (const Side& entry : entries) {
-      if (exit.node == entry.node) continue;
-      if (!projectionsOverlap(exit.corner, exit.sign, entry.corner, entry.sign, viewpoint_)) continue;
-      if (nearer(exit.corner, exit.sign, entry.corner, entry.sign, viewpoint_) < 0) continue;
-      if (!seenTogether({exit.corner.begin(), exit.corner.end()}, {entry.corner.begin(), entry.corner.end()})) continue;
-      edges_.push_back({entry.node,
-                        exit.node,
-                        {exit.corner.begin(), exit.corner.end()},
-                        {entry.corner.begin(), entry.corner.end()}});
+      }
     }
   }
 }
@@ -375,22 +362,6 @@ std::vector<CycleCutter::Polygon> CycleCutter::section(const Piece& piece, const
   return sections;
 }
 
-// Does a plane through the viewpoint and an edge of a part them, or is a too thin to be seen (and so apart from
-// itself)?
-bool CycleCutter::apart(const Polygon& a, const Polygon& b) const {
-  std::vector<Plane> planes;
-  eyePlanes(a, planes);
-  for (const Plane& plane : planes) {
-    const int s = side(a, plane.half), t = side(b, plane.half);
-    if (s == 2 || t == 2 || s * t < 0) return true;
-  }
-  return false;
-}
-
-bool CycleCutter::seenTogether(const Polygon& a, const Polygon& b) const {
-  return !apart(a, b) && !apart(b, a);
-}
-
 void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
   const std::uint32_t near = choice.piece;
   const auto far = static_cast<std::uint32_t>(pieces_.size());
@@ -419,7 +390,7 @@ void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
       }
       if (h == 1) (edge.from == near ? halves[h].from : halves[h].to) = far;
       const Polygon& other = halves[h].entry.empty() ? halves[h].exit : halves[h].entry;
-      const bool gone = polygon.empty() || !seenTogether(halves[h].exit, other);
+      const bool gone = polygon.empty() || !seenTogether(halves[h].exit, other, viewpoint_, tolerance_);
       if (gone) halves[h].exit.clear();
     }
     edges_[edges[i]] = halves[0];
@@ -432,7 +403,7 @@ void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
               edges.end());
   if (choice.plane.viewer == 0) return;
   for (const Polygon& polygon : sections) {
-    if (apart(polygon, polygon)) continue;
+    if (!seen(polygon, viewpoint_, tolerance_)) continue;
     edges.push_back(static_cast<std::uint32_t>(edges_.size()));
     edges_.push_back({far, near, polygon, {}});
   }

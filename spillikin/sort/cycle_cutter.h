@@ -7,6 +7,7 @@
 
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/sort.h"
 
 namespace spillikin::sort {
@@ -21,8 +22,8 @@ namespace spillikin::sort {
 // `thin` times the extent of the component is dropped. Cost grows with the square of the component.
 class CycleCutter {
  public:
-  // `across_gaps`: rays may leave the mesh and enter it again, so that exterior faces order cells, too.
-  CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, bool across_gaps);
+  // `gaps`, which may be null: rays leave the mesh and enter it again.
+  CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps);
 
   // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, as for
   // cells that overlap, or after `most_cuts` per cell: it then ignores the relation of a cycle that is seen through the
@@ -70,14 +71,12 @@ class CycleCutter {
   void emit(std::uint32_t node, Order& order) const;
   Polygon clip(const Polygon& polygon, const HalfSpace& half) const;
   int side(const Polygon& polygon, const HalfSpace& half) const;
-  bool seenTogether(const Polygon& a, const Polygon& b) const;
-  bool apart(const Polygon& a, const Polygon& b) const;
   std::vector<Polygon> section(const Piece& piece, const HalfSpace& half) const;
 
   const mesh::Mesh& mesh_;
   const FaceSigns& signs_;
   Viewpoint viewpoint_;
-  bool across_gaps_;
+  const Gaps* gaps_;
   double tolerance_ = 0.0;  // world units
   std::size_t cuts_left_ = 0;
   std::vector<Piece> pieces_;

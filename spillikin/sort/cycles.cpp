@@ -5,9 +5,9 @@
 
 namespace spillikin::sort {
 
-bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const ExtraEdges* extra,
+bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
                 const Viewpoint& viewpoint, Order& order) {
-  if (extra != nullptr && extra->empty()) extra = nullptr;
+  if (gaps != nullptr && gaps->edges.empty()) gaps = nullptr;
   std::vector<mesh::Id> left, index(mesh.cell_count(), mesh::none);
   for (mesh::Id c = 0; c < mesh.cell_count(); ++c) {
     if (!layered.left(c)) continue;
@@ -16,12 +16,12 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
   }
   const auto components = strongComponents(static_cast<std::uint32_t>(left.size()), [&](std::uint32_t i, auto&& f) {
     layered.forEachAfter(left[i], [&](mesh::Id next) { f(index[next]); });
-    if (extra == nullptr) return;
-    for (const mesh::Id next : extra->after(left[i]))
+    if (gaps == nullptr) return;
+    for (const mesh::Id next : gaps->edges.after(left[i]))
       f(index[next]);
   });
   bool right = true;
-  CycleCutter cutter(mesh, signs, viewpoint, extra != nullptr);
+  CycleCutter cutter(mesh, signs, viewpoint, gaps);
   std::vector<mesh::Id> cells;
   for (const auto& component : components) {
     cells.clear();

@@ -1,6 +1,7 @@
 // What is left of a mesh when the queue runs dry: the cells in cycles and those behind them.
 #pragma once
 
+#include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/layered_sort.h"
 
 namespace spillikin::sort {
@@ -8,7 +9,7 @@ namespace spillikin::sort {
 // Appends the cells that the layered sort left, so that every cell is listed, names the strongly connected ones in
 // order.cycles and cuts cells of each until it is none. Returns whether the order is right: it is unless the cutter
 // gave up. Linear but for the cycles themselves; serial.
-bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const ExtraEdges* extra,
+bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
                 const Viewpoint& viewpoint, Order& order);
 
 }  // namespace spillikin::sort

@@ -23,6 +23,7 @@
 #include <limits>
 
 #include "spillikin/mesh/predicates.h"
+#include "spillikin/sort/triangle_order.h"
 
 namespace spillikin::sort {
 namespace {
@@ -245,20 +246,37 @@ void FaceSigns::operator()(const Viewpoint& viewpoint) {
                       }
                     });
   exact_calls_ = exact_calls.load();
-  joinHalves();
+  joinHalves(viewpoint);
 }
 
-void FaceSigns::joinHalves() {
+void FaceSigns::joinHalves(const Viewpoint& viewpoint) {
   problems_.clear();
   const std::size_t words = (end_ - whole_) / 32;
   for (std::size_t i = 0; i < words; ++i) {
-    const std::uint64_t any = bits_[first_ / 32 + i] | bits_[second_ / 32 + i];
+    const std::uint64_t first = bits_[first_ / 32 + i], second = bits_[second_ / 32 + i], any = first | second;
     bits_[whole_ / 32 + i] = any;
     for (std::uint64_t both = any & (any >> 1) & 0x5555555555555555U; both != 0; both &= both - 1) {
-      const std::size_t quad = 32 * i + static_cast<std::size_t>(std::countr_zero(both)) / 2;
-      problems_.push_back(static_cast<mesh::Id>(triangles_ + quad));
+      const int at = std::countr_zero(both);
+      const std::size_t quad = 32 * i + static_cast<std::size_t>(at) / 2;
+      const unsigned halves = seenHalves(quad, viewpoint);
+      const std::uint64_t pair = std::uint64_t{3} << at;
+      if (halves == 3) {
+        problems_.push_back(static_cast<mesh::Id>(triangles_ + quad));
+      } else {
+        bits_[whole_ / 32 + i] &= ~pair | (halves == 1 ? first : halves == 2 ? second : 0);
+      }
     }
   }
+}
+
+// Bit 0: the first half is seen, bit 1: the second.
+unsigned FaceSigns::seenHalves(std::size_t quad, const Viewpoint& viewpoint) const {
+  Vec3 p[4];
+  for (std::size_t k = 0; k < 4; ++k)
+    p[k] = mesh_.points[mesh_.quad[quad][k]];
+  const double tolerance = sliver(p);
+  const Vec3 first[3] = {p[0], p[1], p[2]}, second[3] = {p[0], p[2], p[3]};
+  return (seen(first, viewpoint, tolerance) ? 1U : 0U) | (seen(second, viewpoint, tolerance) ? 2U : 0U);
 }
 
 std::size_t FaceSigns::bytes() const {

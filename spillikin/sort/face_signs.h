@@ -17,7 +17,7 @@ namespace spillikin::sort {
 //
 // A quadrilateral whose halves disagree (a problem face: Max, Williams, Silva 2000, section IV) is listed in
 // problems(); as a whole it has both bits set: each of its cells lies behind the other, which makes them a cycle. Where
-// one half is seen edge-on, the other decides.
+// one half is seen edge-on, or no wider than a sliver (see triangle_order.h), the other decides.
 //
 // Cost: 16 bytes a row; a view reads them once, on all cores. The float planes decide with a proven bound (see
 // face_signs.cpp); mesh::orientViewpoint decides the rest.
@@ -52,7 +52,8 @@ class FaceSigns {
   void plane(std::size_t row);
   void fixUndecided(std::size_t word, std::uint64_t undecided, const Viewpoint& viewpoint, std::uint64_t& pos,
                     std::uint64_t& neg) const;
-  void joinHalves();
+  void joinHalves(const Viewpoint& viewpoint);
+  unsigned seenHalves(std::size_t quad, const Viewpoint& viewpoint) const;
 
   const mesh::Mesh& mesh_;
   std::size_t triangles_ = 0, first_ = 0, second_ = 0, whole_ = 0;  // first rows of the sections

@@ -1,5 +1,8 @@
 #include "spillikin/sort/triangle_order.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "spillikin/mesh/predicates.h"
 
 namespace spillikin::sort {
@@ -71,7 +74,46 @@ int nearerEdge(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s, const
   return orient3d(p, q, r, s) * pq_s;
 }
 
+// Does a plane through the viewpoint and an edge of a part them?
+bool apart(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& v, double tolerance) {
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const Vec3 &p = a[k], &q = a[(k + 1) % a.size()];
+    const Vec3 e = q - p, sight = v.w == 0.0 ? Vec3(v) : Vec3(v) - p;
+    const Vec3 n(e.y * sight.z - e.z * sight.y, e.z * sight.x - e.x * sight.z, e.x * sight.y - e.y * sight.x);
+    const double bound = tolerance * std::sqrt(dot(n, n));
+    if (!(bound > 0.0)) continue;
+    const auto sides = [&](std::span<const Vec3> polygon) {
+      bool above = false, below = false;
+      for (const Vec3& r : polygon) {
+        const double h = dot(n, r - p);
+        above = above || h > bound;
+        below = below || h < -bound;
+      }
+      return above && below ? 0 : above ? 1 : below ? -1 : 2;
+    };
+    const int s = sides(a), t = sides(b);
+    if (s == 2 || t == 2 || s * t < 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+bool seenTogether(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& viewpoint, double tolerance) {
+  return !apart(a, b, viewpoint, tolerance) && !apart(b, a, viewpoint, tolerance);
+}
+
+double sliver(std::span<const Vec3> polygon) {
+  constexpr double thin = 1e-9, rounding = 1e-14;
+  double extent = 0.0, largest = 0.0;
+  for (const Vec3& p : polygon) {
+    for (int k = 0; k < 3; ++k) {
+      extent = std::max(extent, std::abs(p[k] - polygon[0][k]));
+      largest = std::max(largest, std::abs(p[k]));
+    }
+  }
+  return std::max(thin * extent, rounding * largest);
+}
 
 bool projectionsOverlap(const Triangle& a, int sign_a, const Triangle& b, int sign_b, const Viewpoint& viewpoint) {
   if (edgeSeparates(a, sign_a, b, viewpoint) || edgeSeparates(b, sign_b, a, viewpoint)) return false;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "spillikin/base/view.h"
 
@@ -19,5 +20,17 @@ bool projectionsOverlap(const Triangle& a, int sign_a, const Triangle& b, int si
 // coincide. Planes first (tests 4 and 5 of Newell, Newell and Sancha 1972), then corners within the other's projection
 // and crossings of projected edges (Stein et al. 1994).
 int nearer(const Triangle& a, int sign_a, const Triangle& b, int sign_b, const Viewpoint& viewpoint);
+
+// Whether what two convex polygons share as seen from the viewpoint is wider than `tolerance` (world units at their own
+// distance), in double. A polygon that is itself seen thinner than that shares nothing.
+bool seenTogether(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& viewpoint, double tolerance);
+// Whether a polygon is seen wider than that.
+inline bool seen(std::span<const Vec3> a, const Viewpoint& viewpoint, double tolerance) {
+  return seenTogether(a, a, viewpoint, tolerance);
+}
+
+// The width below which nothing is ordered: where faces are seen edge-on, their rounded corners overlap by such slivers
+// in either order. A fraction of the polygon's extent, and the rounding of its coordinates.
+double sliver(std::span<const Vec3> polygon);
 
 }  // namespace spillikin::sort

@@ -1,0 +1,136 @@
+#include "spillikin/sort/gap_edges.h"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+
+namespace spillikin::sort {
+namespace {
+
+constexpr std::size_t block = 64;  // triangles searched by one task, whose edges are kept together
+
+// The first vertex at the same place: coincident vertices have neighbouring ids.
+mesh::Id place(const mesh::Mesh& mesh, mesh::Id vertex) {
+  while (vertex > 0 && mesh.points[vertex] == mesh.points[vertex - 1])
+    --vertex;
+  return vertex;
+}
+
+}  // namespace
+
+GapEdges::GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs)
+    : mesh_(mesh), signs_(signs), tree_(mesh, exteriorTriangles(mesh)) {
+  const auto& triangles = tree_.triangles();
+  row_.reserve(triangles.size());
+  for (const auto& t : triangles) {
+    std::size_t row = t.face;
+    if (t.face >= mesh.triangle_count()) {
+      const auto& quad = mesh.quad[t.face - mesh.triangle_count()];
+      row = t.corner[1] == quad[1] ? signs_.firstHalf(t.face) : signs_.secondHalf(t.face);
+    }
+    row_.push_back(row);
+  }
+  by_cell_.resize(triangles.size());
+  std::iota(by_cell_.begin(), by_cell_.end(), 0U);
+  std::sort(by_cell_.begin(), by_cell_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return triangles[a].cell != triangles[b].cell ? triangles[a].cell < triangles[b].cell : a < b;
+  });
+  found_.resize((triangles.size() + block - 1) / block);
+  pairNonmatching();
+}
+
+void GapEdges::pairNonmatching() {
+  const auto& triangles = tree_.triangles();
+  partner_.assign(triangles.size(), mesh::none);
+  if (mesh_.quad.empty() || mesh_.triangle.empty()) return;
+  const auto key = [&](std::array<mesh::Id, 3> corner) {
+    for (mesh::Id& v : corner)
+      v = place(mesh_, v);
+    std::sort(corner.begin(), corner.end());
+    return corner;
+  };
+  std::map<std::array<mesh::Id, 3>, mesh::Id> quads;  // by three of their corners
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (triangles[t].face < mesh_.triangle_count()) continue;
+    const auto& q = mesh_.quad[triangles[t].face - mesh_.triangle_count()];
+    for (std::size_t k = 0; k < 4; ++k)
+      quads[key({q[k], q[(k + 1) % 4], q[(k + 2) % 4]})] = triangles[t].face;
+    partner_[t] = triangles[t].face;
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (triangles[t].face >= mesh_.triangle_count()) continue;
+    const auto quad = quads.find(key(triangles[t].corner));
+    if (quad != quads.end()) partner_[t] = quad->second;
+  }
+}
+
+std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {
+  const auto& triangles = tree_.triangles();
+  const auto first = std::lower_bound(by_cell_.begin(), by_cell_.end(), cell,
+                                      [&](std::uint32_t t, mesh::Id c) { return triangles[t].cell < c; });
+  auto last = first;
+  while (last != by_cell_.end() && triangles[*last].cell == cell)
+    ++last;
+  return {first, last};
+}
+
+bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const {
+  const Triangle a = tree_.corners(exit), b = tree_.corners(entry);
+  const int s = sign(exit), t = sign(entry);
+  if (!projectionsOverlap(a, s, b, t, viewpoint)) return false;
+  const bool one_face = partner_[exit] != mesh::none && partner_[exit] == partner_[entry];
+  if (!one_face && nearer(a, s, b, t, viewpoint) < 0) return false;
+  return seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)));
+}
+
+void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
+  const auto& triangles = tree_.triangles();
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
+  tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
+    auto& found = found_[b];
+    auto& candidates = scratch.local();
+    found.clear();
+    for (auto f = static_cast<std::uint32_t>(b * block); f < std::min(triangles.size(), (b + 1) * block); ++f) {
+      const int s = sign(f);
+      if (s >= 0) continue;  // rays leave through triangles turned away
+      candidates.clear();
+      tree_.inShadow(f, s, viewpoint, candidates);
+      for (const std::uint32_t g : candidates) {
+        if (triangles[g].cell == triangles[f].cell || sign(g) <= 0) continue;
+        if (related(f, g, viewpoint)) found.emplace_back(triangles[g].cell, triangles[f].cell);
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+  });
+  // By the cell behind, in the order found.
+  out.offset.assign(mesh_.cell_count() + 1, 0);
+  for (const auto& found : found_) {
+    for (const auto& edge : found)
+      ++out.offset[edge.first + 1];
+  }
+  for (std::size_t c = 0; c < mesh_.cell_count(); ++c)
+    out.offset[c + 1] += out.offset[c];
+  out.successor.resize(out.offset.back());
+  for (const auto& found : found_) {
+    for (const auto& [behind, front] : found)
+      out.successor[out.offset[behind]++] = front;
+  }
+  for (std::size_t c = mesh_.cell_count(); c > 0; --c)
+    out.offset[c] = out.offset[c - 1];
+  out.offset[0] = 0;
+}
+
+std::size_t GapEdges::bytes() const {
+  std::size_t bytes =
+      tree_.bytes() + row_.capacity() * sizeof(std::size_t) + 4 * partner_.capacity() + 4 * by_cell_.capacity();
+  for (const auto& found : found_)
+    bytes += found.capacity() * sizeof(found[0]);
+  return bytes;
+}
+
+}  // namespace spillikin::sort

@@ -1,0 +1,55 @@
+// Which cells order each other across empty space.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "spillikin/sort/exterior_tree.h"
+#include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/layered_sort.h"
+
+namespace spillikin::sort {
+
+// A ray that leaves the mesh through an exterior triangle and enters it again through another orders their cells. Found
+// from the tree of boxes, searched with the shadow of each triangle turned away from the viewpoint; exact predicates
+// decide, but an overlap no wider than a sliver (triangle_order.h) orders nothing.
+//
+// A quadrilateral that abuts two triangles with the other diagonal leaves gaps or overlaps of no account between them:
+// its two sides are taken for one face, whichever is nearer.
+class GapEdges {
+ public:
+  GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs);
+
+  // Reads the signs of the last view, which must be of this viewpoint. Cost: O(b log b + k) for b triangles and k pairs
+  // that lie behind one another, on all cores.
+  void operator()(const Viewpoint& viewpoint, ExtraEdges& out);
+
+  // Does a ray leave through `exit` (turned away) and then enter through `entry` (turned towards the viewpoint)?
+  bool related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const;
+
+  const ExteriorTree& tree() const { return tree_; }
+  std::span<const std::uint32_t> trianglesOf(mesh::Id cell) const;
+  int sign(std::uint32_t triangle) const { return signs_.sign(row_[triangle]); }
+  std::size_t bytes() const;
+
+ private:
+  void pairNonmatching();
+
+  const mesh::Mesh& mesh_;
+  const FaceSigns& signs_;
+  ExteriorTree tree_;
+  std::vector<std::size_t> row_;        // of FaceSigns, for each triangle of the tree
+  std::vector<mesh::Id> partner_;       // a quadrilateral face that it is half of, or that it and another abut, or none
+  std::vector<std::uint32_t> by_cell_;  // triangles by ascending cell
+  std::vector<std::vector<std::pair<mesh::Id, mesh::Id>>> found_;  // by fixed block of triangles: (behind, front) cells
+};
+
+// What completing an order needs to know of gaps: the edges found for the view and who found them.
+struct Gaps {
+  const GapEdges& finder;
+  const ExtraEdges& edges;
+};
+
+}  // namespace spillikin::sort
