@@ -20,7 +20,8 @@ build: configure
 
 demo: configure
 	@cmake --build $(BUILD) -j $(JOBS) --target spillikin_command
-	@$(SPILLIKIN) render examples/disk_out_ref.ex2 --field Temp -o demo.png
+	@$(SPILLIKIN) render examples/bluntfin.vts --field Density --range 0.6,2.6 --tf plasma --opacity 1.6 \
+	    --azimuth 25 --elevation 25 --zoom 1.55 -o demo.png
 	@echo "The picture is in $(abspath demo.png)"
 
 test: build
