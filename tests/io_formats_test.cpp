@@ -100,6 +100,7 @@ TEST_P(Format, IsTheSameWithoutIsolation) {
     EXPECT_EQ(a.arrays[i].name, b.arrays[i].name);
     EXPECT_EQ(a.arrays[i].association, b.arrays[i].association);
     EXPECT_EQ(a.arrays[i].components, b.arrays[i].components);
+    EXPECT_EQ(a.arrays[i].identifier, b.arrays[i].identifier);
     EXPECT_EQ(a.arrays[i].values, b.arrays[i].values);
   }
 }
@@ -253,6 +254,30 @@ TEST(Arrays, TextIsSkippedAndIntegersBecomeDoubles) {
   ASSERT_EQ(source.arrays.size(), 1U);
   EXPECT_EQ(source.arrays[0].name, "id");
   EXPECT_EQ(source.arrays[0].values, (std::vector<double>{-7.0, 9007199254740992.0}));
+}
+
+TEST(Arrays, IdentifiersAreMarked) {
+  const TempFolder folder;
+  const auto array = [](const std::string& type, const std::string& name) {
+    return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" format=\"ascii\">1 2</DataArray>";
+  };
+  const std::vector<std::string> ids = {"GlobalNodeId", "vtkOriginalCellIds", "GLOBAL_IDS_CELLS", "id", "cell ids"};
+  const std::vector<std::string> others = {"Acid", "idle", "fluid", "grids", "Ideal", "Density"};
+  std::string data = "<CellData GlobalIds=\"numbers\">" + array("Int64", "numbers") + array("Float64", "realId");
+  for (const std::string& name : ids)
+    data += array("Int64", name);
+  for (const std::string& name : others)
+    data += array("Int32", name);
+  tests::writeText(folder / "two.vtu", twoTetrahedra(data + "</CellData>"));
+  const Source source = readMesh(folder / "two.vtu");
+  ASSERT_EQ(source.arrays.size(), 2 + ids.size() + others.size());
+  const auto marked = [&](const std::string& name) { return find(source, name, Association::cells)->identifier; };
+  EXPECT_TRUE(marked("numbers"));
+  EXPECT_FALSE(marked("realId"));
+  for (const std::string& name : ids)
+    EXPECT_TRUE(marked(name)) << name;
+  for (const std::string& name : others)
+    EXPECT_FALSE(marked(name)) << name;
 }
 
 TEST(Progress, IsForwardedFromTheChild) {

@@ -1,6 +1,7 @@
 // Bad input: each kind gets one line that names the file, says what is wrong and what to do.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 
@@ -53,6 +54,12 @@ TEST(BadInput, Folder) {
   const TempFolder folder;
   std::filesystem::create_directory(folder.path() / "a.vtu");
   expectSays(refusal(folder / "a.vtu"), "is a folder");
+}
+
+TEST(BadInput, Pipe) {
+  const TempFolder folder;
+  ASSERT_EQ(mkfifo((folder / "a.vtu").c_str(), 0600), 0);
+  expectSays(refusal(folder / "a.vtu"), "pipe");
 }
 
 TEST(BadInput, UnknownSuffixListsTheKnown) {

@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <regex>
 
 #include "spillikin/base/error.h"
 
@@ -265,6 +266,18 @@ void markLeftOut(vtkDataSet* data, Source& source, Base base) {
 
 // ---- Arrays ---------------------------------------------------------------------------------------------------------
 
+// Whether an array numbers things: so declared, or whole numbers under a name with the word "id" or "ids", whether
+// written GlobalNodeId, vtkOriginalCellIds or GLOBAL_IDS_POINTS.
+bool isIdentifier(vtkDataSetAttributes* attributes, int index) {
+  const int role = attributes->IsArrayAnAttribute(index);
+  if (role == vtkDataSetAttributes::GLOBALIDS || role == vtkDataSetAttributes::PEDIGREEIDS) return true;
+  vtkDataArray* array = attributes->GetArray(index);
+  const int type = array->GetDataType();
+  if (array->GetName() == nullptr || type == VTK_FLOAT || type == VTK_DOUBLE) return false;
+  static const std::regex word("(^|[^A-Za-z])(ids?|IDS?|Ids?)($|[^A-Za-z])|[a-z]I[dD]s?($|[^a-z])");
+  return std::regex_search(array->GetName(), word);
+}
+
 // The array of that name in the source, made of NaN up to `before` tuples where it is new. An array whose number of
 // components differs from that of its namesake in an earlier block gets a name of its own.
 Array& arrayOf(Source& source, const std::string& name, Association association, int components, std::size_t before) {
@@ -279,7 +292,7 @@ Array& arrayOf(Source& source, const std::string& name, Association association,
     found = find(used);
   }
   if (found != source.arrays.end()) return *found;
-  source.arrays.push_back({used, association, components, {}});
+  source.arrays.push_back({used, association, components, {}, false});
   source.arrays.back().values.assign(before * static_cast<std::size_t>(components), nan);
   return source.arrays.back();
 }
@@ -300,6 +313,7 @@ void appendArrays(vtkDataSetAttributes* attributes, Association association, std
     Array& out = arrayOf(source, name, association, components, before);
     const std::size_t start = before * static_cast<std::size_t>(components);
     if (out.values.size() != start) continue;  // a second array of the same name in one block
+    out.identifier |= isIdentifier(attributes, i);
     out.values.resize(start + count * static_cast<std::size_t>(components));
     if (count > 0) copyValues(array, out.values.data() + start);
   }
@@ -358,6 +372,7 @@ void append(const Source& part, Source& source) {
     const std::size_t before = array.association == Association::points ? base.point : base.cell;
     Array& out = arrayOf(source, array.name, array.association, array.components, before);
     out.values.insert(out.values.end(), array.values.begin(), array.values.end());
+    out.identifier |= array.identifier;
   }
   fillArrays(source);
 }

@@ -18,20 +18,20 @@ namespace {
 const std::vector<Format>& formats() {
   static const std::vector<Format> table = {
       {{".vtu"}, "VTK XML UnstructuredGrid", readXml},
-      {{".pvtu"}, "VTK XML PUnstructuredGrid", readParallel},
+      {{".pvtu"}, "VTK XML PUnstructuredGrid", readParallel, true},
       {{".vts"}, "VTK XML StructuredGrid", readXml},
-      {{".pvts"}, "VTK XML PStructuredGrid", readParallel},
+      {{".pvts"}, "VTK XML PStructuredGrid", readParallel, true},
       {{".vtr"}, "VTK XML RectilinearGrid", readXml},
-      {{".pvtr"}, "VTK XML PRectilinearGrid", readParallel},
+      {{".pvtr"}, "VTK XML PRectilinearGrid", readParallel, true},
       {{".vti"}, "VTK XML ImageData", readXml},
-      {{".pvti"}, "VTK XML PImageData", readParallel},
-      {{".vtm"}, "VTK XML vtkMultiBlockDataSet", readXml},
-      {{".pvd"}, "VTK XML Collection", readPvd},
+      {{".pvti"}, "VTK XML PImageData", readParallel, true},
+      {{".vtm"}, "VTK XML vtkMultiBlockDataSet", readXml, true},
+      {{".pvd"}, "VTK XML Collection", readPvd, true},
       {{".vtk"}, "legacy VTK", readLegacy},
       {{".ex2", ".e", ".exo", ".g"}, "NetCDF|HDF5", readExodus},
-      {{".case"}, "EnSight case", readEnsight},
+      {{".case"}, "EnSight case", readEnsight, true},
       {{".cgns"}, "HDF5|ADF", readCgns},
-      {{".foam"}, "", readOpenFoam, true},
+      {{".foam"}, "", readOpenFoam, true, true},
       {{"xyz.bin", ".xyz", ".x", ".p3d"}, "", readPlot3d},
   };
   return table;
@@ -100,6 +100,9 @@ void checkFile(const std::string& path, const Format& format) {
   }
   if (std::filesystem::is_directory(status)) {
     throw Error(fmt::format("'{}' is a folder, not a mesh; name a file in it", path));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw Error(fmt::format("'{}' is a device or a pipe, not a file; copy the mesh to a file", path));
   }
   const std::string head = headOf(path);
   if (format.empty_allowed) return;

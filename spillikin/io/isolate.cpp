@@ -101,6 +101,7 @@ void send(Sender& out, const mesh::Source& source) {
     out.sequence(array.name);
     out.value(array.association);
     out.value(array.components);
+    out.value(array.identifier);
     out.sequence(array.values);
   }
   out.sequence(source.times);
@@ -120,6 +121,7 @@ mesh::Source receive(Receiver& in) {
     in.sequence(array.name);
     array.association = in.value<mesh::Association>();
     array.components = in.value<int>();
+    array.identifier = in.value<bool>();
     in.sequence(array.values);
   }
   in.sequence(source.times);

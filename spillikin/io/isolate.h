@@ -13,7 +13,6 @@ namespace spillikin::io {
 // child that crashes, asks for more memory than the machine has or takes more than `cpu_seconds` ends with an Error
 // that names `path`. The child prints nothing. The cost over reading without a child is two copies of the source.
 mesh::Source isolate(const std::string& path, const std::function<void(double)>& progress,
-                     const std::function<mesh::Source(const std::function<void(double)>&)>& work,
-                     unsigned cpu_seconds = 600);
+                     const std::function<mesh::Source(const std::function<void(double)>&)>& work, unsigned cpu_seconds);
 
 }  // namespace spillikin::io

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+
 #include "spillikin/base/error.h"
 #include "spillikin/io/isolate.h"
 #include "spillikin/io/reader.h"
@@ -17,15 +21,26 @@ void checkNotEmpty(const mesh::Source& source) {
       fmt::format("'{}' holds no {}; it is truncated or damaged, or no mesh: export it again", source.name, missing));
 }
 
+// Readers take some 0.1 s per megabyte of text; one that takes a hundred times as long is lost.
+unsigned cpuSeconds(const std::string& path, const Format& format) {
+  constexpr unsigned for_lists = 3600, at_least = 60, per_megabyte = 10;
+  if (format.lists_files) return for_lists;
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(path, error);
+  return error ? for_lists
+               : at_least + static_cast<unsigned>(std::min<std::uintmax_t>(bytes >> 20, 100000)) * per_megabyte;
+}
+
 mesh::Source read(const Request& request, bool isolated) {
   const Format& format = formatOf(request.path);
   checkFile(request.path, format);
   if (!isolated) return format.read(request);
-  return isolate(request.path, request.progress, [&](const std::function<void(double)>& progress) {
+  const auto work = [&](const std::function<void(double)>& progress) {
     Request inner = request;
     inner.progress = progress;
     return format.read(inner);
-  });
+  };
+  return isolate(request.path, request.progress, work, cpuSeconds(request.path, format));
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ struct Format {
   std::vector<std::string> suffixes;
   std::string content;  // what sniff() calls it; several separated by '|'; empty: cannot be told from the first bytes
   Reader read;
+  bool lists_files = false;    // what is read is in other files
   bool empty_allowed = false;  // the file only marks a folder
 };
 

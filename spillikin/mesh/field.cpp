@@ -59,12 +59,13 @@ const Array* chooseArray(const Source& source, const std::string& name) {
   }
   for (const bool scalar : {true, false}) {
     for (const Association where : {Association::points, Association::cells}) {
-      const Array* found = first(
-          [&](const Array& a) { return a.association == where && (scalar ? a.components == 1 : a.components > 1); });
+      const Array* found = first([&](const Array& a) {
+        return !a.identifier && a.association == where && (scalar ? a.components == 1 : a.components > 1);
+      });
       if (found != nullptr) return found;
     }
   }
-  return nullptr;
+  return first([](const Array&) { return true; });
 }
 
 void check(const Source& source, const Array& array, int component) {

@@ -20,6 +20,7 @@ struct Array {
   Association association = Association::points;
   int components = 1;
   std::vector<double> values;  // tuples * components
+  bool identifier = false;     // numbers points or cells (global ids and the like): never drawn unless asked for
 };
 
 // Cell types carry VTK's numbers, so that no table is needed between a file and here; any number is accepted in a
