@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "spillikin/base/error.h"
@@ -45,6 +47,21 @@ TEST(Optics, EmissionIsTheIntegralOfGlow) {
   EXPECT_NEAR(r.color[0], 3.0 * 2.0 / 3.0, 1e-15);  // length times the integral of s * 2 s
   EXPECT_NEAR(r.color[1], 1.0, 1e-15);
   EXPECT_EQ(r.alpha, 0.0);
+}
+
+// Where extinction is nearly nothing, nothing is hidden.
+TEST(Optics, EmissionIsTheThinLimitOfAbsorptionAndEmission) {
+  constexpr double factor = 1e-12;
+  for (const char* look : {"viridis", "comb", "bands"}) {
+    const TransferFunction tf = preset(look);
+    const TransferFunction thin = tf.scaled(factor);
+    for (const auto& [front, back] : {std::pair{0.03, 0.97}, std::pair{0.8, 0.1}}) {
+      const Radiance glow = ray(Optics::emission, tf, {{front, back, 2.0}});
+      const Radiance faint = integrate(thin, front, back, 2.0);
+      for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(glow.color[k], faint.color[k] / factor, 1e-10) << look;
+    }
+  }
 }
 
 TEST(Optics, AbsorptionIsBlackSmokeAndXrayWhite) {

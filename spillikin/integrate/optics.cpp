@@ -23,14 +23,11 @@ constexpr std::array<std::pair<Optics, const char*>, 5> names = {{
     {Optics::xray, "xray"},
 }};
 
-// The product of two linear functions: Simpson's rule is exact.
 void emit(const TransferFunction& tf, double front, double back, double length, Gathered& ray) {
   forEachPiece(tf, front, back, length, [&](const Optical& a, const Optical& b, double part) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      ray.color[k] +=
-          part / 6.0 *
-          (a.color[k] * (2.0 * a.extinction + b.extinction) + b.color[k] * (a.extinction + 2.0 * b.extinction));
-    }
+    const std::array<double, 3> glow = meanGlow(a, b);
+    for (std::size_t k = 0; k < 3; ++k)
+      ray.color[k] += part * glow[k];
     return true;
   });
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -19,6 +20,17 @@ inline Optical between(const ControlPoint& a, const ControlPoint& b, double valu
     o.color[k] = a.color[k] + t * (b.color[k] - a.color[k]);
   o.extinction = a.extinction + t * (b.extinction - a.extinction);
   return o;
+}
+
+// The integral of colour times extinction over a piece of unit length: what it glows where nothing hides anything.
+// Simpson's rule, exact for the product of two linear functions.
+inline std::array<double, 3> meanGlow(const Optical& a, const Optical& b) {
+  std::array<double, 3> glow;
+  for (std::size_t k = 0; k < 3; ++k) {
+    glow[k] =
+        (a.color[k] * (2.0 * a.extinction + b.extinction) + b.color[k] * (a.extinction + 2.0 * b.extinction)) / 6.0;
+  }
+  return glow;
 }
 
 // Calls visit(front, back, length) -> bool for each piece of the segment on which colour and extinction are linear,

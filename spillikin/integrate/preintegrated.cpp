@@ -21,11 +21,9 @@ Optical shortLimit(const TransferFunction& tf, double front, double back) {
   Optical sum;
   forEachPiece(tf, front, back, 1.0, [&](const Optical& a, const Optical& b, double part) {
     sum.extinction += 0.5 * part * (a.extinction + b.extinction);
-    for (std::size_t k = 0; k < 3; ++k) {
-      sum.color[k] +=
-          part / 6.0 *
-          (a.color[k] * (2.0 * a.extinction + b.extinction) + b.color[k] * (a.extinction + 2.0 * b.extinction));
-    }
+    const std::array<double, 3> glow = meanGlow(a, b);
+    for (std::size_t k = 0; k < 3; ++k)
+      sum.color[k] += part * glow[k];
     return true;
   });
   return sum;  // colour times extinction

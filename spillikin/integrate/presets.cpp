@@ -2,8 +2,8 @@
 // domain) at every 17th of their 256 entries; coolwarm (Moreland 2009, Diverging Color Maps) at every other of its 33.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -62,26 +62,26 @@ TransferFunction diverging(std::span<const Rgb> colors) {
 
 // Plateaus of constant colour and rising extinction, with a jump between neighbours.
 TransferFunction steps() {
-  constexpr int count = 8;
+  constexpr std::size_t count = 8;
   std::vector<ControlPoint> points;
-  for (int i = 0; i < count; ++i) {
-    const std::array<double, 3> c = color(viridis[static_cast<std::size_t>(2 * i + 1)]);
-    const double extinction = (i + 1.0) / count;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::array<double, 3> c = color(viridis[2 * i + 1]);
+    const double extinction = static_cast<double>(i + 1) / count;
     points.push_back({static_cast<double>(i) / count, c, extinction});
-    points.push_back({(i + 1.0) / count, c, extinction});
+    points.push_back({static_cast<double>(i + 1) / count, c, extinction});
   }
   return TransferFunction(std::move(points));
 }
 
 // Dense bands with jumps on both sides, nearly nothing between them: contour shells of finite thickness.
 TransferFunction bands() {
-  constexpr int count = 5;
+  constexpr std::size_t count = 5;
   constexpr double half_width = 0.03;
   constexpr double haze = 0.01;
   std::vector<ControlPoint> points = {{0.0, color(plasma[0]), haze}};
-  for (int i = 0; i < count; ++i) {
-    const double middle = (i + 0.5) / count;
-    const std::array<double, 3> c = color(plasma[static_cast<std::size_t>(3 * i + 2)]);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double middle = (static_cast<double>(i) + 0.5) / count;
+    const std::array<double, 3> c = color(plasma[3 * i + 2]);
     points.push_back({middle - half_width, c, haze});
     points.push_back({middle - half_width, c, 1.0});
     points.push_back({middle + half_width, c, 1.0});
@@ -93,12 +93,12 @@ TransferFunction bands() {
 
 // Narrow hats with nothing between them, in alternating colours: the hardest look for whoever samples.
 TransferFunction comb() {
-  constexpr int count = 16;
+  constexpr std::size_t count = 16;
   constexpr double half_width = 0.01;
   std::vector<ControlPoint> points;
-  for (int i = 0; i < count; ++i) {
-    const double middle = (i + 0.5) / count;
-    const std::array<double, 3> c = color(inferno[static_cast<std::size_t>(i % 2 == 0 ? 5 + i / 2 : 15 - i / 2)]);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double middle = (static_cast<double>(i) + 0.5) / count;
+    const std::array<double, 3> c = color(inferno[i % 2 == 0 ? 5 + i / 2 : 15 - i / 2]);
     points.push_back({middle - half_width, c, 0.0});
     points.push_back({middle, c, 1.0});
     points.push_back({middle + half_width, c, 0.0});
@@ -131,6 +131,7 @@ TransferFunction preset(std::string_view name) {
 
 std::vector<std::string> presetNames() {
   std::vector<std::string> names;
+  names.reserve(looks.size());
   for (const auto& look : looks)
     names.emplace_back(look.first);
   return names;
