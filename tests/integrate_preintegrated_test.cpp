@@ -21,17 +21,17 @@ double difference(const Radiance& a, const Radiance& b) {
   return most;
 }
 
-struct Error2 {
+struct Deviation {
   double largest = 0.0, mean = 0.0;
 };
 
 // Over random segments in the range, of depth up to about 30.
 template <class Approximate>
-Error2 errorOf(const TransferFunction& tf, const Approximate& approximate) {
+Deviation errorOf(const TransferFunction& tf, const Approximate& approximate) {
   constexpr int count = 20000;
   std::mt19937 random(41);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  Error2 e;
+  Deviation e;
   for (int i = 0; i < count; ++i) {
     const double front = unit(random);
     const double back = unit(random);
@@ -60,7 +60,7 @@ TEST(Preintegrated, IsExactAtItsTexels) {
 TEST(Preintegrated, IsCloseOnASmoothLook) {
   const TransferFunction tf = preset("viridis");
   const Preintegrated table(tf, 0.0, 1.0);
-  const Error2 e = errorOf(tf, [&](double f, double b, double l) { return table(f, b, l); });
+  const Deviation e = errorOf(tf, [&](double f, double b, double l) { return table(f, b, l); });
   RecordProperty("largest", std::to_string(e.largest));
   RecordProperty("mean", std::to_string(e.mean));
   EXPECT_LT(e.largest, 0.01);
@@ -72,7 +72,7 @@ TEST(Preintegrated, GetsCloserWithItsResolution) {
   double before = 1.0;
   for (const std::size_t n : {16U, 48U, 144U}) {
     const Preintegrated table(tf, 0.0, 1.0, n, 16);
-    const Error2 e = errorOf(tf, [&](double f, double b, double l) { return table(f, b, l); });
+    const Deviation e = errorOf(tf, [&](double f, double b, double l) { return table(f, b, l); });
     EXPECT_LT(e.mean, 0.6 * before) << n;
     before = e.mean;
     RecordProperty("comb_" + std::to_string(n), std::to_string(e.largest) + " " + std::to_string(e.mean));
