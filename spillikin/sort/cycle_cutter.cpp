@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <utility>
 
@@ -15,7 +14,9 @@ namespace spillikin::sort {
 namespace {
 
 constexpr std::uint32_t unset = 0xFFFFFFFFU;
-constexpr std::size_t roots_tried = 24;  // nodes from which the shortest cycle is looked for
+constexpr std::uint32_t most_roots = 4096;  // nodes from which a round looks for cycles
+constexpr std::size_t most_failures = 32;   // cycles that a round finds no cut for
+constexpr std::size_t longest_cycle = 16;   // of which all face planes are tried
 
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -125,67 +126,114 @@ void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
 bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
   bool right = true;
   for (;;) {
-    std::vector<std::uint32_t> local(pieces_.size(), unset);
-    for (std::uint32_t i = 0; i < nodes.size(); ++i)
-      local[nodes[i]] = i;
-    std::vector<std::vector<std::uint32_t>> after(nodes.size());
-    for (const std::uint32_t e : edges)
-      after[local[edges_[e].from]].push_back(local[edges_[e].to]);
+    indexNodes(nodes, edges);
     const auto components = strongComponents(static_cast<std::uint32_t>(nodes.size()), [&](std::uint32_t i, auto&& f) {
-      for (const std::uint32_t next : after[i])
-        f(next);
+      for (const std::uint32_t e : incident_[i]) {
+        if (edges_[e].from == nodes[i]) f(local_[edges_[e].to]);
+      }
     });
-    if (components.size() > 1 || nodes.size() == 1) {
-      std::vector<std::uint32_t> component_of(nodes.size());
-      for (std::uint32_t c = 0; c < components.size(); ++c) {
-        for (const std::uint32_t i : components[c])
-          component_of[i] = c;
-      }
-      std::vector<Edges> inside(components.size());
-      for (const std::uint32_t e : edges) {
-        const std::uint32_t c = component_of[local[edges_[e].from]];
-        if (c == component_of[local[edges_[e].to]]) inside[c].push_back(e);
-      }
-      for (std::size_t c = 0; c < components.size(); ++c) {
-        if (components[c].size() == 1) {
-          emit(nodes[components[c][0]], order);
-          continue;
-        }
-        Nodes part;
-        for (const std::uint32_t i : components[c])
-          part.push_back(nodes[i]);
-        right = resolve(std::move(part), std::move(inside[c]), order) && right;
-      }
-      return right;
+    if (components.size() == 1 && nodes.size() > 1) {
+      right = cutSome(nodes, edges) && right;
+      continue;
     }
-    Choice choice;
-    if (cuts_left_ > 0) {
-      --cuts_left_;
-      const Edges cycle = shortestCycle(nodes, edges);
-      std::vector<Plane> planes;
-      for (const std::uint32_t e : cycle)
-        facePlanes(pieces_[edges_[e].from].cell, planes);
-      choice = chooseCut(cycle, edges, planes);
-      if (!choice.found) {
-        planes.clear();
-        for (const std::uint32_t e : cycle) {
-          eyePlanes(edges_[e].exit, planes);
-          eyePlanes(edges_[e].entry, planes);
-        }
-        choice = chooseCut(cycle, edges, planes);
+    std::vector<std::uint32_t> component_of(nodes.size());
+    for (std::uint32_t c = 0; c < components.size(); ++c) {
+      for (const std::uint32_t i : components[c])
+        component_of[i] = c;
+    }
+    std::vector<Edges> inside(components.size());
+    for (const std::uint32_t e : edges) {
+      const std::uint32_t c = component_of[local_[edges_[e].from]];
+      if (c == component_of[local_[edges_[e].to]]) inside[c].push_back(e);
+    }
+    for (std::size_t c = 0; c < components.size(); ++c) {
+      if (components[c].size() == 1) {
+        emit(nodes[components[c][0]], order);
+        continue;
       }
+      Nodes part;
+      for (const std::uint32_t i : components[c])
+        part.push_back(nodes[i]);
+      right = resolve(std::move(part), std::move(inside[c]), order) && right;
     }
-    if (choice.found) {
-      cut(choice, nodes, edges);
-    } else {
-      right = false;
-      dropLeast(shortestCycle(nodes, edges), edges);
-    }
+    return right;
   }
 }
 
+// Numbers the nodes 0, 1, ... in local_ and lists the edges at each.
+void CycleCutter::indexNodes(const Nodes& nodes, const Edges& edges) {
+  local_.resize(pieces_.size(), unset);
+  for (std::uint32_t i = 0; i < nodes.size(); ++i)
+    local_[nodes[i]] = i;
+  incident_.resize(std::max(incident_.size(), nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    incident_[i].clear();
+  for (const std::uint32_t e : edges) {
+    incident_[local_[edges_[e].from]].push_back(e);
+    incident_[local_[edges_[e].to]].push_back(e);
+  }
+}
+
+// One round: cuts pieces of many short cycles that have no neighbour in common. Where none can be cut it gives up a
+// relation of each of these cycles and returns false.
+bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
+  const auto count = static_cast<std::uint32_t>(nodes.size());
+  const std::uint32_t step = std::max(1U, count / most_roots);
+  std::vector<std::uint8_t> blocked(count, 0);
+  std::vector<Edges> uncut;
+  bool any = false;
+  for (std::uint32_t root = 0; root < count && uncut.size() < most_failures; root += step) {
+    if (blocked[root] != 0) continue;
+    Edges cycle = shortestCycle(nodes, root);
+    if (std::any_of(cycle.begin(), cycle.end(),
+                    [&](std::uint32_t e) { return blocked[local_[edges_[e].from]] != 0; })) {
+      continue;
+    }
+    const Choice choice = cuts_left_ > 0 ? chooseCut(cycle) : Choice{};
+    if (!choice.found) {
+      for (const std::uint32_t e : cycle)
+        blocked[local_[edges_[e].from]] = 1;
+      uncut.push_back(std::move(cycle));
+      continue;
+    }
+    const std::uint32_t piece = local_[choice.piece];
+    blocked[piece] = 1;
+    for (const std::uint32_t e : incident_[piece]) {
+      blocked[local_[edges_[e].from]] = 1;
+      blocked[local_[edges_[e].to]] = 1;
+    }
+    cut(choice, incident_[piece], nodes, edges);
+    --cuts_left_;
+    any = true;
+  }
+  if (!any) {
+    for (const Edges& cycle : uncut)
+      dropLeast(cycle);
+  }
+  edges.erase(std::remove_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edges_[e].exit.empty(); }),
+              edges.end());
+  return any;
+}
+
+// The plane of a face of the cycle, or else one through the viewpoint.
+CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle) const {
+  std::vector<Plane> planes;
+  if (cycle.size() <= longest_cycle) {
+    for (const std::uint32_t e : cycle)
+      facePlanes(pieces_[edges_[e].from].cell, planes);
+  }
+  const Choice choice = chooseCut(cycle, planes);
+  if (choice.found) return choice;
+  planes.clear();
+  for (const std::uint32_t e : cycle) {
+    eyePlanes(edges_[e].exit, planes);
+    eyePlanes(edges_[e].entry, planes);
+  }
+  return chooseCut(cycle, planes);
+}
+
 // Gives up the relation that is seen through the smallest window.
-void CycleCutter::dropLeast(const Edges& cycle, Edges& edges) const {
+void CycleCutter::dropLeast(const Edges& cycle) {
   std::uint32_t least = cycle.front();
   double least_size = std::numeric_limits<double>::infinity();
   for (const std::uint32_t e : cycle) {
@@ -200,47 +248,37 @@ void CycleCutter::dropLeast(const Edges& cycle, Edges& edges) const {
       least = e;
     }
   }
-  edges.erase(std::find(edges.begin(), edges.end(), least));
+  edges_[least].exit.clear();
 }
 
-// Breadth first from some of the nodes; the edges of the shortest way back, in their direction.
-CycleCutter::Edges CycleCutter::shortestCycle(const Nodes& nodes, const Edges& edges) const {
-  std::vector<std::uint32_t> local(pieces_.size(), unset);
-  for (std::uint32_t i = 0; i < nodes.size(); ++i)
-    local[nodes[i]] = i;
-  std::vector<Edges> after(nodes.size());
-  for (const std::uint32_t e : edges)
-    after[local[edges_[e].from]].push_back(e);
-  Edges best;
-  for (std::uint32_t root = 0; root < std::min(nodes.size(), roots_tried); ++root) {
-    std::vector<std::uint32_t> came_by(nodes.size(), unset);
-    std::deque<std::uint32_t> queue{root};
-    std::uint32_t closing = unset;
-    while (!queue.empty() && closing == unset) {
-      const std::uint32_t i = queue.front();
-      queue.pop_front();
-      for (const std::uint32_t e : after[i]) {
-        const std::uint32_t to = local[edges_[e].to];
-        if (to == root) {
-          closing = e;
-          break;
-        }
-        if (came_by[to] != unset) continue;
-        came_by[to] = e;
-        queue.push_back(to);
+// Breadth first from a node: the edges of a shortest way back to it, in their direction.
+CycleCutter::Edges CycleCutter::shortestCycle(const Nodes& nodes, std::uint32_t root) {
+  came_by_.resize(std::max(came_by_.size(), nodes.size()), unset);
+  std::vector<std::uint32_t> queue{root};
+  std::uint32_t closing = unset;
+  for (std::size_t head = 0; head < queue.size() && closing == unset; ++head) {
+    for (const std::uint32_t e : incident_[queue[head]]) {
+      if (edges_[e].from != nodes[queue[head]]) continue;
+      const std::uint32_t to = local_[edges_[e].to];
+      if (to == root) {
+        closing = e;
+        break;
       }
+      if (came_by_[to] != unset) continue;
+      came_by_[to] = e;
+      queue.push_back(to);
     }
-    Edges cycle;
-    for (std::uint32_t e = closing; e != unset;) {
-      cycle.push_back(e);
-      const std::uint32_t from = local[edges_[e].from];
-      e = from == root ? unset : came_by[from];
-    }
-    if (best.empty() || cycle.size() < best.size()) best.swap(cycle);
-    if (best.size() == 2) break;
   }
-  std::reverse(best.begin(), best.end());
-  return best;
+  Edges cycle;
+  for (std::uint32_t e = closing; e != unset;) {
+    cycle.push_back(e);
+    const std::uint32_t from = local_[edges_[e].from];
+    e = from == root ? unset : came_by_[from];
+  }
+  for (const std::uint32_t i : queue)
+    came_by_[i] = unset;
+  std::reverse(cycle.begin(), cycle.end());
+  return cycle;
 }
 
 void CycleCutter::facePlanes(mesh::Id cell, std::vector<Plane>& out) const {
@@ -275,8 +313,7 @@ int CycleCutter::side(const Polygon& polygon, const HalfSpace& half) const {
   return above && below ? 0 : above ? 1 : below ? -1 : 2;
 }
 
-CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const Edges& edges,
-                                           const std::vector<Plane>& planes) const {
+CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const std::vector<Plane>& planes) const {
   Choice best;
   std::vector<const Polygon*> behind, before;
   for (std::size_t i = 0; i < cycle.size(); ++i) {
@@ -287,7 +324,7 @@ CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const Edges& edge
     const Polygon& out_part = out.entry.empty() ? out.exit : out.entry;
     behind.clear();
     before.clear();
-    for (const std::uint32_t e : edges) {
+    for (const std::uint32_t e : incident_[local_[piece]]) {
       const Edge& edge = edges_[e];
       if (edge.to == piece) behind.push_back(&edge.exit);
       if (edge.from == piece) before.push_back(edge.entry.empty() ? &edge.exit : &edge.entry);
@@ -362,7 +399,7 @@ std::vector<CycleCutter::Polygon> CycleCutter::section(const Piece& piece, const
   return sections;
 }
 
-void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
+void CycleCutter::cut(const Choice& choice, const Edges& at_piece, Nodes& nodes, Edges& edges) {
   const std::uint32_t near = choice.piece;
   const auto far = static_cast<std::uint32_t>(pieces_.size());
   const bool above = choice.plane.viewer >= 0;
@@ -373,10 +410,9 @@ void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
   pieces_[near].keep.push_back(near_half);
   pieces_[far].keep.push_back(far_half);
   nodes.push_back(far);
-  const std::size_t old = edges.size();
-  for (std::size_t i = 0; i < old; ++i) {
-    const Edge edge = edges_[edges[i]];
-    if (edge.from != near && edge.to != near) continue;
+  for (const std::uint32_t e : at_piece) {
+    const Edge edge = edges_[e];
+    if (edge.exit.empty()) continue;
     const bool uses_entry = edge.from == near && !edge.entry.empty();
     Edge halves[2] = {edge, edge};
     for (int h = 0; h < 2; ++h) {
@@ -393,14 +429,12 @@ void CycleCutter::cut(const Choice& choice, Nodes& nodes, Edges& edges) {
       const bool gone = polygon.empty() || !seenTogether(halves[h].exit, other, viewpoint_, tolerance_);
       if (gone) halves[h].exit.clear();
     }
-    edges_[edges[i]] = halves[0];
+    edges_[e] = halves[0];
     if (!halves[1].exit.empty()) {
       edges.push_back(static_cast<std::uint32_t>(edges_.size()));
       edges_.push_back(halves[1]);
     }
   }
-  edges.erase(std::remove_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edges_[e].exit.empty(); }),
-              edges.end());
   if (choice.plane.viewer == 0) return;
   for (const Polygon& polygon : sections) {
     if (!seen(polygon, viewpoint_, tolerance_)) continue;

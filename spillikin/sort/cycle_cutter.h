@@ -62,12 +62,15 @@ class CycleCutter {
   void gapEdges(std::span<const mesh::Id> component);
   void addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row, const std::array<mesh::Id, 3>& corner);
   bool resolve(Nodes nodes, Edges edges, Order& order);
-  void dropLeast(const Edges& cycle, Edges& edges) const;
-  Edges shortestCycle(const Nodes& nodes, const Edges& edges) const;
+  void dropLeast(const Edges& cycle);
+  Choice chooseCut(const Edges& cycle) const;
+  void indexNodes(const Nodes& nodes, const Edges& edges);
+  bool cutSome(Nodes& nodes, Edges& edges);
+  Edges shortestCycle(const Nodes& nodes, std::uint32_t root);
   void facePlanes(mesh::Id cell, std::vector<Plane>& out) const;
   void eyePlanes(const Polygon& polygon, std::vector<Plane>& out) const;
-  Choice chooseCut(const Edges& cycle, const Edges& edges, const std::vector<Plane>& planes) const;
-  void cut(const Choice& choice, Nodes& nodes, Edges& edges);
+  Choice chooseCut(const Edges& cycle, const std::vector<Plane>& planes) const;
+  void cut(const Choice& choice, const Edges& at_piece, Nodes& nodes, Edges& edges);
   void emit(std::uint32_t node, Order& order) const;
   Polygon clip(const Polygon& polygon, const HalfSpace& half) const;
   int side(const Polygon& polygon, const HalfSpace& half) const;
@@ -81,6 +84,10 @@ class CycleCutter {
   std::size_t cuts_left_ = 0;
   std::vector<Piece> pieces_;
   std::vector<Edge> edges_;
+  // Of the nodes in hand, by their place among them:
+  std::vector<std::uint32_t> local_;  // piece to place
+  std::vector<Edges> incident_;
+  std::vector<std::uint32_t> came_by_;  // the edge by which a search came, unset between searches
 };
 
 }  // namespace spillikin::sort
