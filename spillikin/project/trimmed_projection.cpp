@@ -309,7 +309,17 @@ Sample TrimmedProjection::onTriangle(std::uint32_t triangle, const Vec2& p) cons
 }
 
 void TrimmedProjection::emit(const Pair& pair, std::size_t level) {
-  for (const Vec2& p : scratch_[level]) {
+  Polygon& polygon = scratch_[level];
+  // Where two lines meet on a third there are two vertices.
+  const auto close = [](const Vec2& p, const Vec2& q) { return glm::distance(p, q) < narrow; };
+  polygon.erase(std::unique(polygon.begin(), polygon.end(), close), polygon.end());
+  while (polygon.size() > 1 && close(polygon.front(), polygon.back())) {
+    polygon.pop_back();
+  }
+  if (polygon.size() < 3) {
+    return;
+  }
+  for (const Vec2& p : polygon) {
     const Sample enters = onTriangle(pair.entry, p);
     const Sample leaves = onTriangle(pair.exit, p);
     const double whole = leaves.depth - enters.depth;

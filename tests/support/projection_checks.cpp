@@ -185,29 +185,68 @@ bool contains(const project::Regions& regions, std::size_t polygon, double x, do
   for (std::size_t v = first; v < end; ++v) {
     const Vec2 a = position(regions, v);
     const Vec2 b = position(regions, v + 1 < end ? v + 1 : first);
-    if (2.0 * triangleArea(a, b, {x, y}) < margin * glm::distance(a, b)) {
+    const double length = glm::distance(a, b);
+    if (length > 1e-7 && 2.0 * triangleArea(a, b, {x, y}) < margin * length) {  // shorter edges have no direction
       return false;
     }
   }
   return true;
 }
 
-double depthAt(const project::Regions& regions, const std::vector<double>& depth, std::size_t polygon, double x,
-               double y, bool parallel) {
+namespace {
+
+// Barycentric coordinates of (x, y) in the triangle of the polygon's fan that holds it.
+struct Place {
+  std::array<std::size_t, 3> vertex{};
+  std::array<double, 3> weight{};
+};
+
+Place placeIn(const project::Regions& regions, std::size_t polygon, double x, double y) {
   const std::size_t a = regions.offset[polygon];
   const Vec2 p(x, y);
+  Place best;
+  double best_inside = -1e300;
   for (std::size_t b = a + 1; b + 1 < regions.offset[polygon + 1]; ++b) {
     const std::size_t c = b + 1;
     const double whole = triangleArea(position(regions, a), position(regions, b), position(regions, c));
     const double wa = triangleArea(p, position(regions, b), position(regions, c)) / whole;
     const double wb = triangleArea(position(regions, a), p, position(regions, c)) / whole;
-    const double wc = 1.0 - wa - wb;
-    if (whole > 0.0 && std::min({wa, wb, wc}) >= -1e-9) {
-      return parallel ? wa * depth[a] + wb * depth[b] + wc * depth[c]
-                      : 1.0 / (wa / depth[a] + wb / depth[b] + wc / depth[c]);
+    const double inside = std::min({wa, wb, 1.0 - wa - wb});
+    if (whole > 0.0 && inside > best_inside) {
+      best = {{a, b, c}, {wa, wb, 1.0 - wa - wb}};
+      best_inside = inside;
     }
   }
-  return std::nan("");
+  return best;
+}
+
+}  // namespace
+
+double depthAt(const project::Regions& regions, const std::vector<double>& depth, std::size_t polygon, double x,
+               double y, bool parallel) {
+  const Place place = placeIn(regions, polygon, x, y);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double w = depth[place.vertex[k]];
+    if (!parallel && w == 0.0) {
+      return 0.0;  // at the eye, as all of the polygon
+    }
+    sum += place.weight[k] * (parallel ? w : 1.0 / w);
+  }
+  return parallel ? sum : 1.0 / sum;
+}
+
+double valueAt(const project::Regions& regions, const std::vector<double>& value, const std::vector<double>& depth,
+               std::size_t polygon, double x, double y, bool parallel) {
+  const Place place = placeIn(regions, polygon, x, y);
+  double sum = 0.0;
+  double total = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double weight = parallel ? place.weight[k] : place.weight[k] / depth[place.vertex[k]];
+    sum += weight * value[place.vertex[k]];
+    total += weight;
+  }
+  return sum / total;
 }
 
 mesh::Field pointField(std::vector<double> values) {

@@ -42,9 +42,13 @@ double cellVolume(const mesh::Mesh& mesh, mesh::Id cell);
 // True when (x, y) lies inside the polygon, away from its border by at least `margin` pixels.
 bool contains(const project::Regions& regions, std::size_t polygon, double x, double y, double margin);
 
-// An attribute at a position inside a polygon: front_depth and the like.
+// The depth of the front or the back at a position inside a polygon.
 double depthAt(const project::Regions& regions, const std::vector<double>& depth, std::size_t polygon, double x,
                double y, bool parallel);
+
+// The scalar at a position inside a polygon that ends at one triangle.
+double valueAt(const project::Regions& regions, const std::vector<double>& value, const std::vector<double>& depth,
+               std::size_t polygon, double x, double y, bool parallel);
 
 // A point field with the given values by vertex; a cell field constant in each.
 mesh::Field pointField(std::vector<double> values);
