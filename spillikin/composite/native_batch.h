@@ -4,9 +4,18 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "spillikin/composite/native_pixels.h"
+
 namespace spillikin::composite::native {
 
 inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
+
+// A fragment of a cell that needs no full care is optically thinner than this.
+inline constexpr float thin_depth = 0.125F;
+
+// How a cell is shaded: by a short series, the whole cell in one piece of the transfer function; the same cut at the
+// pieces' ends; or with the scalar kept within the cell's range and any optical depth.
+enum class Care : std::int32_t { none, cut, full };
 
 struct CellBatch {
   template <class T>
@@ -28,7 +37,7 @@ struct CellBatch {
   // Blocks of pixels that the cell may cover, first and last; x0 > x1 where there are none.
   alignas(64) PerCell<std::int32_t> block_x0, block_x1, block_y0, block_y1;
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
-  alignas(64) PerCell<std::int32_t> simple;     // thin, in one piece of the transfer function, and not a sliver
+  alignas(64) PerCell<Care> care;
 
   bool parallel = false;
   float eye_nearness = 0.0F;  // as near as nearness goes in float without overflow
@@ -38,6 +47,19 @@ struct CellBatch {
   alignas(64) std::uint32_t sorted[4][batch_cells];
   alignas(64) PerCell<std::int32_t> odd;  // the ids' order is an odd permutation of the cell's
   alignas(64) double corner[4][4 * 8];
+};
+
+// The fragments of one cell on one tile, vector by vector: where each vector lies and where its rays enter and leave.
+struct Coverage {
+  alignas(64) float near[tile_pixels];
+  alignas(64) float far[tile_pixels];
+  std::uint32_t pixel[tile_pixels + 1];  // index of the vector's first pixel
+};
+
+// What the kernels work with between cells; one per thread. Not thread-local: the loops must know that it stays put.
+struct KernelScratch {
+  CellBatch batch;
+  Coverage covered;
 };
 
 }  // namespace spillikin::composite::native

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "spillikin/composite/native_kernel.h"
+
 namespace spillikin::composite::native {
 
 namespace {
@@ -12,6 +14,7 @@ namespace {
 constexpr std::size_t chunk_cells = 1 << 16;
 constexpr std::size_t max_chunks = 256;
 constexpr std::size_t box_grain = 1 << 13;
+constexpr std::size_t look_ahead = 32;  // cells; the order jumps about in memory
 
 }  // namespace
 
@@ -27,54 +30,69 @@ bool Bins::fill(const Screen& screen, const Box& region, std::size_t max_entries
   return true;
 }
 
+TileBox Bins::boxOf(const Screen& screen, mesh::Id cell, const Box& region) const {
+  const Box box = pixelBox(screen, screen.mesh().vertices(cell), region);
+  if (box.empty()) return no_tiles;
+  const auto tile = [](int pixel) { return static_cast<std::uint32_t>(pixel / tile_size); };
+  return tileBox(tile(box.x0 - region.x0), tile(box.y0 - region.y0), tile(box.x1 - 1 - region.x0),
+                 tile(box.y1 - 1 - region.y0));
+}
+
 void Bins::findBoxes(const Screen& screen, const Box& region) {
   const mesh::Mesh& mesh = screen.mesh();
   const std::vector<std::uint8_t>& hidden = screen.frame().field.hidden;
+  const bool tetrahedral = mesh.tetrahedral();
   boxes_.resize(mesh.cell_count());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.cell_count(), box_grain),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t c = range.begin(); c != range.end(); ++c) {
-                        boxes_[c] = {};
-                        if (!hidden.empty() && hidden[c] != 0) continue;
-                        const Box box = pixelBox(screen, mesh.vertices(static_cast<mesh::Id>(c)), region);
-                        if (box.empty()) continue;
-                        const auto tile = [](int pixel) { return static_cast<std::uint8_t>(pixel / tile_size); };
-                        boxes_[c] = {tile(box.x0 - region.x0), tile(box.y0 - region.y0), tile(box.x1 - 1 - region.x0),
-                                     tile(box.y1 - 1 - region.y0)};
-                      }
-                    });
+  using Range = tbb::blocked_range<std::size_t>;
+  tbb::parallel_for(Range(0, mesh.cell_count(), box_grain), [&](const Range& range) {
+    std::size_t c = range.begin();
+    // What reaches behind the eye is left to the slower way.
+    if (tetrahedral) c = boxTetrahedra(screen.places(), mesh.cell_vertex.data(), region, c, range.end(), boxes_.data());
+    for (; c != range.end(); ++c)
+      boxes_[c] = unknown_tiles;
+    for (c = range.begin(); c != range.end(); ++c) {
+      if (boxes_[c] == unknown_tiles) boxes_[c] = boxOf(screen, static_cast<mesh::Id>(c), region);
+      if (!hidden.empty() && hidden[c] != 0) boxes_[c] = no_tiles;
+    }
+  });
 }
 
 // The order is back to front and the lists are front to back: chunk 0 is the nearest.
-template <class Visit>
-void Bins::visitChunk(const Screen& screen, std::size_t chunk, const Visit& visit) const {
-  const sort::Order& order = screen.frame().order;
+Bins::Chunk Bins::chunk(const sort::Order& order, std::size_t index) const {
   const std::size_t cells = order.cells.size();
-  const std::size_t begin = cells - cells * chunk / chunks_;
-  const std::size_t end = cells - cells * (chunk + 1) / chunks_;
-  auto cut = std::lower_bound(order.cuts.begin(), order.cuts.end(), begin,
-                              [](const sort::Cut& c, std::size_t entry) { return c.entry < entry; });
-  for (std::size_t i = begin; i-- > end;) {
-    const mesh::Id cell = order.cells[i];
-    Entry entry{cell};
-    if (cut != order.cuts.begin() && std::prev(cut)->entry == i) {
-      --cut;
-      entry.packed = static_cast<std::uint32_t>(cut - order.cuts.begin()) | Entry::cut_bit;
-    }
-    const TileBox box = boxes_[cell];
-    for (unsigned y = box.y0; y <= box.y1; ++y) {
-      for (unsigned x = box.x0; x <= box.x1; ++x) {
-        visit(y * static_cast<unsigned>(columns_) + x, entry);
-      }
-    }
+  return {cells - cells * index / chunks_, cells - cells * (index + 1) / chunks_};
+}
+
+namespace {
+
+template <class Visit>
+inline void visitTiles(TileBox box, std::size_t columns, const Visit& visit) {
+  const std::uint32_t x0 = box & 255U;
+  const std::uint32_t x1 = box >> 16U & 255U;
+  const std::uint32_t y1 = box >> 24U;
+  for (std::uint32_t y = box >> 8U & 255U; y <= y1; ++y) {
+    for (std::uint32_t x = x0; x <= x1; ++x)
+      visit(y * columns + x);
   }
 }
 
+}  // namespace
+
 void Bins::count(const Screen& screen) {
+  const sort::Order& order = screen.frame().order;
   counts_.assign(chunks_ * tile_count(), 0);
-  tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t chunk) {
-    std::uint32_t* counts = counts_.data() + chunk * tile_count();
-    visitChunk(screen, chunk, [counts](unsigned tile, Entry) { ++counts[tile]; });
+  ordered_.resize(order.cells.size());
+  tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t index) {
+    std::uint32_t* counts = counts_.data() + index * tile_count();
+    const auto columns = static_cast<std::size_t>(columns_);
+    const mesh::Id* cells = order.cells.data();
+    const Chunk c = chunk(order, index);
+    for (std::size_t i = c.begin; i-- > c.end;) {
+      if (i >= look_ahead) __builtin_prefetch(boxes_.data() + cells[i - look_ahead]);
+      const TileBox box = boxes_[cells[i]];
+      ordered_[i] = box;
+      visitTiles(box, columns, [counts](std::size_t tile) { ++counts[tile]; });
+    }
   });
 }
 
@@ -96,16 +114,28 @@ bool Bins::layOut(std::size_t max_entries) {
 }
 
 void Bins::place(const Screen& screen) {
+  const sort::Order& order = screen.frame().order;
   entries_.resize(entries());
-  tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t chunk) {
-    std::uint32_t* next = counts_.data() + chunk * tile_count();
+  tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t index) {
+    std::uint32_t* next = counts_.data() + index * tile_count();
     Entry* entries = entries_.data();
-    visitChunk(screen, chunk, [next, entries](unsigned tile, Entry entry) { entries[next[tile]++] = entry; });
+    const auto columns = static_cast<std::size_t>(columns_);
+    const Chunk c = chunk(order, index);
+    auto cut = std::lower_bound(order.cuts.begin(), order.cuts.end(), c.begin,
+                                [](const sort::Cut& a, std::size_t entry) { return a.entry < entry; });
+    for (std::size_t i = c.begin; i-- > c.end;) {
+      Entry entry{order.cells[i]};
+      if (cut != order.cuts.begin() && std::prev(cut)->entry == i) {
+        --cut;
+        entry.packed = static_cast<std::uint32_t>(cut - order.cuts.begin()) | Entry::cut_bit;
+      }
+      visitTiles(ordered_[i], columns, [&](std::size_t tile) { entries[next[tile]++] = entry; });
+    }
   });
 }
 
 std::size_t Bins::bytes() const {
-  return boxes_.capacity() * sizeof(TileBox) + counts_.capacity() * sizeof(std::uint32_t) +
+  return (boxes_.capacity() + ordered_.capacity()) * sizeof(TileBox) + counts_.capacity() * sizeof(std::uint32_t) +
          offset_.capacity() * sizeof(std::size_t) + entries_.capacity() * sizeof(Entry);
 }
 

@@ -11,8 +11,9 @@
 
 namespace spillikin::composite::native {
 
-inline constexpr int tile_size = 32;          // pixels; a tile's state fits the first level of cache
-inline constexpr int max_region_tiles = 255;  // per side, so that a cell's tiles fit four bytes
+inline constexpr int tile_shift = 5;
+inline constexpr int tile_size = 1 << tile_shift;  // pixels; a tile's state fits the first level of cache
+inline constexpr int max_region_tiles = 255;       // per side, so that a cell's tiles fit four bytes
 
 // One cell of a tile's list: a cell's id, or, with the top bit set, an index into the order's cuts.
 struct Entry {
@@ -22,11 +23,14 @@ struct Entry {
   std::uint32_t index() const { return packed & ~cut_bit; }
 };
 
-// The tiles that a cell may cover, first and last, relative to the region; lo > hi where there are none.
-struct TileBox {
-  std::uint8_t x0 = 1, y0 = 1, x1 = 0, y1 = 0;
-};
-static_assert(sizeof(TileBox) == 4);
+// The tiles that a cell may cover, relative to the region, one byte each: first column, first row, last column, last
+// row. A cell outside of the region has none.
+using TileBox = std::uint32_t;
+inline constexpr TileBox no_tiles = 0x00000101U;
+inline constexpr TileBox unknown_tiles = 0xffffffffU;
+inline constexpr TileBox tileBox(std::uint32_t x0, std::uint32_t y0, std::uint32_t x1, std::uint32_t y1) {
+  return x0 | y0 << 8U | x1 << 16U | y1 << 24U;
+}
 
 class Bins {
  public:
@@ -47,15 +51,20 @@ class Bins {
 
  private:
   void findBoxes(const Screen& screen, const Box& region);
+  TileBox boxOf(const Screen& screen, mesh::Id cell, const Box& region) const;
   void count(const Screen& screen);
   bool layOut(std::size_t max_entries);
   void place(const Screen& screen);
-  template <class Visit>
-  void visitChunk(const Screen& screen, std::size_t chunk, const Visit& visit) const;
+  // A run of the order, from its near end: entries begin - 1 down to end.
+  struct Chunk {
+    std::size_t begin = 0, end = 0;
+  };
+  Chunk chunk(const sort::Order& order, std::size_t index) const;
 
   int columns_ = 0, rows_ = 0;
   std::size_t chunks_ = 0;
   std::vector<TileBox> boxes_;         // per cell
+  std::vector<TileBox> ordered_;       // the same along the order
   std::vector<std::uint32_t> counts_;  // per chunk and tile; while placing, where the next entry goes
   std::vector<std::size_t> offset_;    // per tile + 1
   std::vector<Entry> entries_;

@@ -41,18 +41,8 @@ struct FaceOrder {
 };
 constexpr FaceOrder face_order;
 
-// The fragments of one cell on one tile, vector by vector: where each vector lies and where its rays enter and leave.
-struct Coverage {
-  alignas(64) float near[tile_pixels];
-  alignas(64) float far[tile_pixels];
-  std::uint32_t pixel[tile_pixels + 1];  // index of the vector's first pixel
-  std::uint32_t row[tile_pixels + 1];    // offsets of its centres in Centres::y
-  std::uint32_t column[tile_pixels + 1];
-};
-
 template <unsigned Entered, bool Clipped>
-HWY_INLINE std::size_t cover(const TileView& view, const CellBatch& batch, std::size_t i, const Pixels& pixels,
-                             Coverage& out) {
+HWY_NOINLINE std::size_t cover(const CellBatch& batch, std::size_t i, const Pixels& pixels, Coverage& out) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const std::uint8_t* slot = face_order.slot[batch.code[i]];
@@ -62,78 +52,81 @@ HWY_INLINE std::size_t cover(const TileView& view, const CellBatch& batch, std::
   const VF x2 = face(2, 0), y2 = face(2, 1), t2 = face(2, 2);
   const VF x3 = face(3, 0), y3 = face(3, 1), t3 = face(3, 2);
   const VF eye = hn::Set(d, batch.eye_nearness);
+  const auto x_first = static_cast<std::size_t>(batch.block_x0[i]);
+  const auto columns = static_cast<std::size_t>(batch.block_x1[i] + 1) - x_first;
+  const auto rows = static_cast<std::size_t>(batch.block_y1[i] + 1 - batch.block_y0[i]);
+  auto by = static_cast<std::size_t>(batch.block_y0[i]);
   std::size_t n = 0;
-  for (int by = batch.block_y0[i]; by <= batch.block_y1[i]; ++by) {
+  std::size_t column = 0;
+  // One loop over rows and columns: two would end at as good as random.
+  for (std::size_t block = 0; block < rows * columns; ++block) {
+    const std::size_t bx = x_first + column;
     for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
+      const VF x = hn::Load(d, centres.x[bx] + sub);
       const VF y = hn::Load(d, centres.y[by] + sub);
-      const VF r0 = hn::MulAdd(y0, y, t0);
-      const VF r1 = hn::MulAdd(y1, y, t1);
-      const VF r2 = hn::MulAdd(y2, y, t2);
-      const VF r3 = hn::MulAdd(y3, y, t3);
-      for (int bx = batch.block_x0[i]; bx <= batch.block_x1[i]; ++bx) {
-        const VF x = hn::Load(d, centres.x[bx] + sub);
-        const VF z0 = hn::MulAdd(x0, x, r0);
-        const VF z1 = hn::MulAdd(x1, x, r1);
-        const VF z2 = hn::MulAdd(x2, x, r2);
-        const VF z3 = hn::MulAdd(x3, x, r3);
-        VF near, far;
-        if constexpr (Entered == 0) {
-          near = eye;
-          far = hn::Max(hn::Max(z0, z1), hn::Max(z2, z3));
-        } else if constexpr (Entered == 1) {
-          near = z0;
-          far = hn::Max(hn::Max(z1, z2), z3);
-        } else if constexpr (Entered == 2) {
-          near = hn::Min(z0, z1);
-          far = hn::Max(z2, z3);
-        } else {
-          near = hn::Min(hn::Min(z0, z1), z2);
-          far = z3;
-        }
-        const auto first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
-        if constexpr (Clipped) {
-          near = hn::Min(near, hn::Load(d, pixels.clip_near.data() + first));
-          far = hn::Max(far, hn::Load(d, pixels.clip_far.data() + first));
-        }
-        hn::Store(near, d, out.near + n * lanes);
-        hn::Store(far, d, out.far + n * lanes);
-        out.pixel[n] = static_cast<std::uint32_t>(first);
-        out.row[n] = static_cast<std::uint32_t>(static_cast<std::size_t>(by) * block_pixels + sub);
-        out.column[n] = static_cast<std::uint32_t>(static_cast<std::size_t>(bx) * block_pixels + sub);
-        // No branch on what is as good as random: an empty vector's place is taken by the next one.
-        const bool some = !hn::AllFalse(d, hn::Gt(near, far));
-        n += static_cast<std::size_t>(some & ((pixels.opaque[first] == 0) | !view.trusted));
+      const VF z0 = hn::MulAdd(x0, x, hn::MulAdd(y0, y, t0));
+      const VF z1 = hn::MulAdd(x1, x, hn::MulAdd(y1, y, t1));
+      const VF z2 = hn::MulAdd(x2, x, hn::MulAdd(y2, y, t2));
+      const VF z3 = hn::MulAdd(x3, x, hn::MulAdd(y3, y, t3));
+      VF near, far;
+      if constexpr (Entered == 0) {
+        near = eye;
+        far = hn::Max(hn::Max(z0, z1), hn::Max(z2, z3));
+      } else if constexpr (Entered == 1) {
+        near = z0;
+        far = hn::Max(hn::Max(z1, z2), z3);
+      } else if constexpr (Entered == 2) {
+        near = hn::Min(z0, z1);
+        far = hn::Max(z2, z3);
+      } else {
+        near = hn::Min(hn::Min(z0, z1), z2);
+        far = z3;
       }
+      const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
+      if constexpr (Clipped) {
+        near = hn::Min(near, hn::Load(d, pixels.clip_near.data() + first));
+        far = hn::Max(far, hn::Load(d, pixels.clip_far.data() + first));
+      }
+      hn::Store(near, d, out.near + n * lanes);
+      hn::Store(far, d, out.far + n * lanes);
+      out.pixel[n] = static_cast<std::uint32_t>(first);
+      // No branch on what is as good as random: an empty vector's place is taken by the next one.
+      const bool some = !hn::AllFalse(d, hn::Gt(near, far));
+      n += static_cast<std::size_t>(some) & pixels.live[first];
     }
+    ++column;
+    by += static_cast<std::size_t>(column == columns);
+    column = column == columns ? 0 : column;
   }
   return n;
 }
 
 template <bool Clipped>
-HWY_INLINE std::size_t coverAny(const TileView& view, const CellBatch& batch, std::size_t i, const Pixels& pixels,
-                                Coverage& out) {
+HWY_INLINE std::size_t coverAny(const CellBatch& batch, std::size_t i, const Pixels& pixels, Coverage& out) {
   switch (face_order.entered[batch.code[i]]) {
     case 0:
-      return batch.parallel ? 0 : cover<0, true>(view, batch, i, pixels, out);
+      return batch.parallel ? 0 : cover<0, true>(batch, i, pixels, out);
     case 1:
-      return cover<1, Clipped>(view, batch, i, pixels, out);
+      return cover<1, Clipped>(batch, i, pixels, out);
     case 2:
-      return cover<2, Clipped>(view, batch, i, pixels, out);
+      return cover<2, Clipped>(batch, i, pixels, out);
     case 3:
-      return cover<3, Clipped>(view, batch, i, pixels, out);
+      return cover<3, Clipped>(batch, i, pixels, out);
     default:
       return 0;
   }
 }
 
-template <bool Parallel, bool Simple>
-HWY_INLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
-                                 std::size_t count, Pixels& pixels) {
+template <bool Parallel, Care care>
+HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
+                                   std::size_t count, Pixels& pixels) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
-  const Shader<Parallel, Simple> shader(view, batch, i);
+  const Shader<Parallel, care> shader(view, batch, i);
   const VF overlap_at = hn::Set(d, view.overlap_at);
   const VF overlap_slope = hn::Set(d, 1.0F + view.overlap_slope);
+  const VF solid_at = hn::Set(d, solid_share * view.overlap_at);
+  const VF solid_slope = hn::Set(d, 1.0F + solid_share * view.overlap_slope);
   std::size_t fragments = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t first = covered.pixel[k];
@@ -141,17 +134,22 @@ HWY_INLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, s
     const VF far = hn::Load(d, covered.far + k * lanes);
     const auto inside = hn::Gt(near, far);
     fragments += hn::CountTrue(d, inside);
-    // The certificate: behind where the last fragment ended, up to rounding.
+    // The certificate: a fragment that begins before where the last one ended, up to rounding. One that is no longer
+    // than that rounding may be where the cell is not (the planes of a flat cell part slowly) and proves nothing.
     const VF last = hn::Load(d, pixels.last.data() + first);
-    hn::Store(hn::IfThenElse(inside, far, last), d, pixels.last.data() + first);
-    const auto early = hn::And(inside, hn::Gt(near, hn::MulAdd(last, overlap_slope, overlap_at)));
+    const auto solid = hn::Gt(near, hn::MulAdd(far, solid_slope, solid_at));
+    hn::Store(hn::IfThenElse(solid, far, last), d, pixels.last.data() + first);
+    const auto early = hn::And(solid, hn::Gt(near, hn::MulAdd(last, overlap_slope, overlap_at)));
     if (HWY_UNLIKELY(!hn::AllFalse(d, early))) {
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(d, early, bits);
       const unsigned mask = static_cast<unsigned>(bits[0]) | static_cast<unsigned>(bits[1]) << 8U;
       pixels.flagged[first / block_pixels] |= static_cast<std::uint16_t>(mask << (first % block_pixels));
     }
-    shader.blend(near, far, inside, covered.row[k], covered.column[k], first, pixels);
+    const std::size_t block = first / block_pixels;
+    const std::size_t lane = first % block_pixels;
+    shader.blend(near, far, inside, hn::Load(d, centres.x[block % block_columns] + lane),
+                 hn::Load(d, centres.y[block / block_columns] + lane), first, pixels);
   }
   return fragments;
 }
@@ -164,42 +162,49 @@ std::size_t paintBatch(const TileView& view, const CellBatch& batch, std::size_t
     if (batch.block_x0[i] > batch.block_x1[i] || batch.block_y0[i] > batch.block_y1[i]) continue;
     std::size_t n;
     if (Clipped || batch.straddles[i] != 0) {
-      n = coverAny<true>(view, batch, i, pixels, covered);
+      n = coverAny<true>(batch, i, pixels, covered);
     } else {
-      n = coverAny<false>(view, batch, i, pixels, covered);
+      n = coverAny<false>(batch, i, pixels, covered);
     }
     if (n == 0) continue;
-    if (batch.simple[i] != 0) {
-      fragments += shadeCell<Parallel, true>(view, batch, i, covered, n, pixels);
-    } else {
-      fragments += shadeCell<Parallel, false>(view, batch, i, covered, n, pixels);
+    switch (batch.care[i]) {
+      case Care::none:
+        fragments += shadeCell<Parallel, Care::none>(view, batch, i, covered, n, pixels);
+        break;
+      case Care::cut:
+        fragments += shadeCell<Parallel, Care::cut>(view, batch, i, covered, n, pixels);
+        break;
+      case Care::full:
+        fragments += shadeCell<Parallel, Care::full>(view, batch, i, covered, n, pixels);
+        break;
     }
   }
   return fragments;
 }
 
-// Marks the vectors without light; true when there is none left in the whole tile.
+// Marks the vectors without light as done with; true when the whole tile is. What follows them is behind, if the order
+// is to be trusted.
 bool findOpaque(Pixels& pixels) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const VF threshold = hn::Set(d, opaque_light);
   bool all = true;
   for (std::size_t i = 0; i < tile_pixels; i += lanes) {
-    const bool dark = hn::AllTrue(d, hn::Lt(hn::Load(d, pixels.light.data() + i), threshold));
-    pixels.opaque[i] = static_cast<std::uint8_t>(dark);
-    all = all && dark;
+    const bool light = !hn::AllTrue(d, hn::Lt(hn::Load(d, pixels.light.data() + i), threshold));
+    pixels.live[i] = static_cast<std::uint8_t>(light);
+    all = all && !light;
   }
   return all;
 }
 
-std::size_t paint(const TileView& view, std::span<const Entry> entries, Pixels& pixels) {
-  static thread_local CellBatch batch;
-  static thread_local Coverage covered;
+// Looking for opaque pixels takes as long as a few cells.
+constexpr std::size_t batches_between_looks = 4;
+
+std::size_t paint(const TileView& view, std::span<const Entry> entries, Pixels& pixels, KernelScratch& scratch) {
+  CellBatch& batch = scratch.batch;
+  Coverage& covered = scratch.covered;
   const bool parallel = view.screen->parallel();
   std::size_t fragments = 0;
-  // An opaque tile is looked for ever more rarely where none is in sight.
-  std::size_t until_look = 8;
-  std::size_t look = until_look;
   for (std::size_t begin = 0; begin < entries.size(); begin += batch_cells) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
     setUp(view, cells, entries.subspan(begin + cells.size()), batch);
@@ -210,12 +215,56 @@ std::size_t paint(const TileView& view, std::span<const Entry> entries, Pixels& 
       fragments += view.clipped ? paintBatch<false, true>(view, batch, cells.size(), pixels, covered)
                                 : paintBatch<false, false>(view, batch, cells.size(), pixels, covered);
     }
-    if (--look == 0) {
-      if (findOpaque(pixels) && view.trusted) break;
-      look = until_look;
+    if (view.trusted && begin / batch_cells % batches_between_looks == batches_between_looks - 1 &&
+        findOpaque(pixels)) {
+      break;
     }
   }
   return fragments;
+}
+
+std::size_t boxes(const Place* places, const mesh::Id* corners, const Box& region, std::size_t first, std::size_t last,
+                  TileBox* out) {
+  // Wider than the rounding of a place in float anywhere in the largest image.
+  constexpr float margin = 0.01F;
+  const DF d;
+  const hn::RebindToSigned<DF> di;
+  const hn::RebindToUnsigned<DF> du;
+  const std::size_t lanes = hn::Lanes(d);
+  const float* base = &places->x;
+  const VF x0 = hn::Set(d, static_cast<float>(region.x0)), x1 = hn::Set(d, static_cast<float>(region.x1 - 1));
+  const VF y0 = hn::Set(d, static_cast<float>(region.y0)), y1 = hn::Set(d, static_cast<float>(region.y1 - 1));
+  for (; first + lanes <= last; first += lanes) {
+    hn::Vec<decltype(du)> id[4];
+    hn::LoadInterleaved4(du, corners + 4 * first, id[0], id[1], id[2], id[3]);
+    VF lo_x = hn::Set(d, not_a_place), lo_y = lo_x;
+    VF hi_x = hn::Neg(lo_x), hi_y = hi_x;
+    for (const auto& k : id) {
+      const auto index = hn::BitCast(di, hn::Add(k, k));
+      const VF x = hn::GatherIndex(d, base, index);
+      const VF y = hn::GatherIndex(d, base + 1, index);
+      lo_x = hn::Min(lo_x, x);
+      hi_x = hn::Max(hi_x, x);
+      lo_y = hn::Min(lo_y, y);
+      hi_y = hn::Max(hi_y, y);
+    }
+    const auto behind = hn::Eq(hi_x, hn::Set(d, not_a_place));
+    const VF a = hn::Max(hn::Ceil(hn::Sub(lo_x, hn::Set(d, 0.5F + margin))), x0);
+    const VF b = hn::Max(hn::Ceil(hn::Sub(lo_y, hn::Set(d, 0.5F + margin))), y0);
+    const VF c = hn::Min(hn::Floor(hn::Sub(hi_x, hn::Set(d, 0.5F - margin))), x1);
+    const VF e = hn::Min(hn::Floor(hn::Sub(hi_y, hn::Set(d, 0.5F - margin))), y1);
+    const auto none = hn::Or(hn::Gt(a, c), hn::Gt(b, e));
+    static_assert(tile_size == 1 << tile_shift);
+    const auto tile = [&](VF pixel, VF corner) HWY_ATTR {
+      return hn::BitCast(du, hn::ShiftRight<tile_shift>(hn::ConvertTo(di, hn::Sub(pixel, corner))));
+    };
+    auto box = hn::Or(hn::Or(tile(a, x0), hn::ShiftLeft<8>(tile(b, y0))),
+                      hn::Or(hn::ShiftLeft<16>(tile(c, x0)), hn::ShiftLeft<24>(tile(e, y0))));
+    box = hn::IfThenElse(hn::RebindMask(du, none), hn::Set(du, no_tiles), box);
+    box = hn::IfThenElse(hn::RebindMask(du, behind), hn::Set(du, unknown_tiles), box);
+    hn::StoreU(box, du, out + first);
+  }
+  return first;
 }
 
 }  // namespace
@@ -226,9 +275,16 @@ HWY_AFTER_NAMESPACE();
 namespace spillikin::composite::native {
 
 HWY_EXPORT(paint);
+HWY_EXPORT(boxes);
 
-std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels) {
-  return HWY_DYNAMIC_DISPATCH(paint)(view, entries, pixels);
+std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
+                            KernelScratch& scratch) {
+  return HWY_DYNAMIC_DISPATCH(paint)(view, entries, pixels, scratch);
+}
+
+std::size_t boxTetrahedra(const Place* places, const mesh::Id* corners, const Box& region, std::size_t first,
+                          std::size_t last, TileBox* boxes) {
+  return HWY_DYNAMIC_DISPATCH(boxes)(places, corners, region, first, last, boxes);
 }
 
 std::vector<const char*> kernelTargets() {

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_bins.h"
 #include "spillikin/composite/native_pixels.h"
 #include "spillikin/composite/native_screen.h"
@@ -32,10 +33,14 @@ struct TileView {
 
 // Composites the tetrahedra, nearest first; none of the entries is a cut. Returns the fragments drawn. Stops early
 // where every pixel is opaque and the order is trusted.
-// A fragment in a simple cell is optically thinner than this.
-inline constexpr float simple_depth = 0.125F;
 
-std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels);
+std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
+                            KernelScratch& scratch);
+
+// The tiles of `region` that the tetrahedra first <= c < last may cover, into boxes[c]; unknown_tiles for one that
+// reaches behind the eye. Returns where it stopped, short of a full vector before `last`.
+std::size_t boxTetrahedra(const Place* places, const mesh::Id* corners, const Box& region, std::size_t first,
+                          std::size_t last, TileBox* boxes);
 
 // The instruction sets compiled in that this machine has, best first, and the choice of one by tests: index into that
 // list, or -1 for the best again.

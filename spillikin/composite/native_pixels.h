@@ -23,6 +23,9 @@ inline constexpr float opaque_light = 4e-5F;
 // float's rounding of two neighbouring depths stays below it.
 inline constexpr double overlap_tolerance = 2e-5;
 
+// A fragment shorter than this share of that tolerance takes no part in the certificate.
+inline constexpr float solid_share = 0.25F;
+
 inline constexpr std::size_t pixelIndex(int x, int y) {
   return static_cast<std::size_t>(((y >> 2) * block_columns + (x >> 2)) * block_pixels + (y & 3) * 4 + (x & 3));
 }
@@ -36,7 +39,7 @@ struct Pixels {
   alignas(64) PerPixel<float> length;               // world length of a unit of depth on the pixel's ray
   alignas(64) PerPixel<float> clip_near, clip_far;  // the range of nearness that clip planes and the eye leave
   std::array<std::uint16_t, tile_blocks> flagged;   // pixels of a block where an inversion was found
-  std::array<std::uint8_t, tile_pixels> opaque;     // by the index of a vector's first pixel: no light left in it
+  std::array<std::uint8_t, tile_pixels> live;       // by the index of a vector's first pixel: 0 where no more need come
 };
 
 }  // namespace spillikin::composite::native

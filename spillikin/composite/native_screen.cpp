@@ -97,8 +97,9 @@ void Screen::setValues(const Frame& frame) {
 
 void Screen::setVertices(const Frame& frame) {
   const std::vector<Vec3>& points = frame.mesh.points;
-  // Copies: what the loop writes cannot alias them.
   const project::Camera& camera = frame.camera;
+  depths_.parallel = camera.parallel();
+  places_.resize(points.size());
   const Extent extent = tbb::parallel_reduce(
       Range(0, points.size(), grain), Extent{},
       [&](const Range& range, Extent e) {
@@ -108,6 +109,9 @@ void Screen::setVertices(const Frame& frame) {
           v.x = p.x;
           v.y = p.y;
           v.w = p.z;
+          const double scale = depths_.parallel ? 1.0 : 1.0 / p.z;
+          const bool before = depths_.parallel || p.z > 0.0;
+          places_[i] = {before ? static_cast<float>(p.x * scale) : not_a_place, static_cast<float>(p.y * scale)};
           e.lo = std::min(e.lo, p.z);
           e.hi = std::max(e.hi, p.z);
         }
@@ -116,7 +120,6 @@ void Screen::setVertices(const Frame& frame) {
       [](const Extent& a, const Extent& b) {
         return Extent{std::min(a.lo, b.lo), std::max(a.hi, b.hi)};
       });
-  depths_.parallel = camera.parallel();
   depths_.lo = extent.lo;
   depths_.hi = extent.hi;
   if (depths_.parallel) {

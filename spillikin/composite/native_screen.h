@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "spillikin/composite/compositor.h"
@@ -18,6 +19,12 @@ struct Vertex {
   std::uint32_t piece = 0;
 };
 static_assert(sizeof(Vertex) == 32);
+
+// A vertex's place in the image, in pixels; x is not_a_place for a vertex that is not before the eye.
+struct Place {
+  float x = 0.0F, y = 0.0F;
+};
+inline constexpr float not_a_place = std::numeric_limits<float>::infinity();
 
 // One linear piece of the transfer function, over the frame's scale of the scalar: quantity = at + slope * (value -
 // anchor). Extinction is per world unit.
@@ -56,6 +63,7 @@ class Screen {
   const Depths& depths() const { return depths_; }
   const Vertex& vertex(mesh::Id id) const { return vertices_[id]; }
   const Vertex* vertices() const { return vertices_.data(); }
+  const Place* places() const { return places_.data(); }
   const std::vector<Piece>& pieces() const { return pieces_; }
   // The frame's scale of the scalar, and the piece that a value lies in: at a jump, the upper one.
   double scaled(double value) const { return (value - value_lo_) * value_scale_; }
@@ -78,6 +86,7 @@ class Screen {
   const Frame* frame_ = nullptr;
   Depths depths_;
   std::vector<Vertex> vertices_;
+  std::vector<Place> places_;
   std::vector<Piece> pieces_;
   std::vector<double> breaks_;
   double value_lo_ = 0.0, value_scale_ = 1.0;

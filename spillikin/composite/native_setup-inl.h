@@ -240,20 +240,26 @@ HWY_INLINE void gatherCorners(const Screen& screen, std::span<const Entry> cells
   }
 }
 
-// A cell is simple when it takes no care to shade: the whole cell in one piece of the transfer function, thin enough
-// for a short series, and not so flat that the rounding of a depth moves the scalar noticeably.
-HWY_INLINE void findSimple(const TileView& view, std::size_t count, CellBatch& batch) {
+// A cell takes no full care when it is thin enough for a short series and not so flat that the rounding of a depth
+// moves the scalar noticeably.
+HWY_NOINLINE void setCare(const TileView& view, std::size_t count, CellBatch& batch) {
   const Piece* pieces = view.screen->pieces().data();
   for (std::size_t i = 0; i < count; ++i) {
-    const Piece& p = pieces[batch.first_piece[i]];
-    const float a = p.extinction + p.extinction_slope * (batch.lo[i] - p.anchor);
-    const float b = p.extinction + p.extinction_slope * (batch.hi[i] - p.anchor);
-    const bool thin = std::max(a, b) * batch.thickness[i] * view.longest < simple_depth;
+    float most = 0.0F;
+    for (std::int32_t k = batch.first_piece[i]; k <= batch.last_piece[i]; ++k) {
+      const Piece& p = pieces[k];
+      const float lo = k == batch.first_piece[i] ? batch.lo[i] : pieces[k - 1].end;
+      const float hi = k == batch.last_piece[i] ? batch.hi[i] : p.end;
+      most = std::max(most, p.extinction + p.extinction_slope * (lo - p.anchor));
+      most = std::max(most, p.extinction + p.extinction_slope * (hi - p.anchor));
+    }
+    const bool thin = most * batch.thickness[i] * view.longest < thin_depth;
     const float steep = batch.parallel ? std::abs(batch.apex[i])
                                        : (std::abs(batch.at[0][i]) + std::abs(batch.at[1][i])) * float(tile_size) +
                                              std::abs(batch.at[2][i] - batch.apex[i]);
     const bool steady = steep * view.rounding <= 0.02F * (batch.hi[i] - batch.lo[i]);
-    batch.simple[i] = static_cast<std::int32_t>((batch.first_piece[i] == batch.last_piece[i]) & thin & steady);
+    const bool whole = batch.first_piece[i] == batch.last_piece[i];
+    batch.care[i] = !(thin & steady) ? Care::full : whole ? Care::none : Care::cut;
   }
 }
 
@@ -265,8 +271,8 @@ HWY_INLINE void prefetch(const Screen& screen, std::span<const Entry> cells) {
 }
 
 // Fills `batch` for `cells`, at most batch_cells of them; `next` will come after them.
-HWY_INLINE void setUp(const TileView& view, std::span<const Entry> cells, std::span<const Entry> next,
-                      CellBatch& batch) {
+HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std::span<const Entry> next,
+                        CellBatch& batch) {
   const Screen& screen = *view.screen;
   const DD d;
   const DI di;
@@ -319,7 +325,7 @@ HWY_INLINE void setUp(const TileView& view, std::span<const Entry> cells, std::s
       storeHalf(hn::Sub(depth_hi, front), batch.thickness + i);
     }
   }
-  findSimple(view, cells.size(), batch);
+  setCare(view, cells.size(), batch);
 }
 
 }  // namespace

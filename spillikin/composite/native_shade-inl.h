@@ -94,22 +94,19 @@ class Rays {
   VF x_, y_, t_, apex_, middle_, per_middle_, z0_;
 };
 
-template <bool Parallel, bool Simple>
+template <bool Parallel, Care care>
 class Shader;
 
 // A thin fragment in one piece of the transfer function: a short series for the integral.
 template <bool Parallel>
-class Shader<Parallel, true> {
+class Shader<Parallel, Care::none> {
  public:
   HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
       : piece_(view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]),
         rays_(view, batch, i, view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])].anchor) {}
 
-  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, std::size_t row, std::size_t column, std::size_t first,
-                        Pixels& pixels) const {
+  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const VF x = hn::Load(d, &centres.x[0][0] + column);
-    const VF y = hn::Load(d, &centres.y[0][0] + row);
     const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
     const VF half = hn::Mul(s.change, hn::Set(d, 0.5F));
     const VF mean = hn::Add(s.front, half);
@@ -136,9 +133,79 @@ class Shader<Parallel, true> {
   Rays<Parallel> rays_;
 };
 
+// A thin fragment of a cell that reaches over several pieces: cut at their ends. The parts are met from low values to
+// high, whichever way the ray runs: with the light at the front of the part f, and f' behind it, the part's opacity
+// times its light is |f' - f|, and for a ray towards lower values the light is counted from the far end and grows.
+template <bool Parallel>
+class Shader<Parallel, Care::cut> {
+ public:
+  HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
+      : pieces_(view.screen->pieces().data()),
+        first_(batch.first_piece[i]),
+        last_(batch.last_piece[i]),
+        rays_(view, batch, i, 0.0F) {}
+
+  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
+    const DF d;
+    // A segment along which the scalar stays the same counts as one that rises by this much.
+    constexpr float least_change = 2.5e-7F;
+    const VF one = hn::Set(d, 1.0F);
+    const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
+    const VF back = hn::Add(s.front, s.change);
+    const VF lo = hn::Min(s.front, back);
+    const VF hi = hn::Max(hn::Max(s.front, back), hn::Add(lo, hn::Set(d, least_change)));
+    const VF rate = hn::Mul(s.length, reciprocal(hn::Sub(hi, lo)));
+    const auto up = hn::Ge(s.change, hn::Zero(d));
+    const VF sign = hn::CopySign(one, s.change);
+    VF red = hn::Zero(d), green = hn::Zero(d), blue = hn::Zero(d);
+    VF f = one;
+    VF from = lo;
+    for (std::int32_t k = first_; k <= last_; ++k) {
+      // The outermost pieces take whatever rounding has left over.
+      VF to = hi;
+      if (k < last_) to = hn::Max(lo, hn::Min(hi, hn::Set(d, pieces_[k].end)));
+      const VF half = hn::Mul(hn::Sub(to, from), hn::Set(d, 0.5F));
+      if (hn::AllTrue(d, hn::Eq(from, to))) continue;
+      const PieceV piece(pieces_[k]);
+      const VF mean = hn::Sub(hn::Add(from, half), hn::Set(d, pieces_[k].anchor));
+      from = to;
+      const VF half_length = hn::Mul(rate, half);
+      const VF length = hn::Add(half_length, half_length);
+      const VF depth = hn::Mul(length, hn::MulAdd(piece.extinction_slope, mean, piece.extinction));
+      const VF growth = hn::Mul(hn::Mul(length, piece.extinction_slope), hn::Add(half, half));
+      const VF signed_depth = hn::Mul(depth, sign);
+      const VF after = hn::NegMulAdd(f, thinAlpha(signed_depth), f);
+      const VF a = hn::Abs(hn::Sub(f, after));
+      const VF light = hn::IfThenElse(up, f, after);
+      f = after;
+      const VF t = hn::MulAdd(mean, a, hn::Mul(hn::Mul(light, half), thinSkewRising(depth, signed_depth, growth)));
+      red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, t, red));
+      green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, t, green));
+      blue = hn::MulAdd(piece.blue, a, hn::MulAdd(piece.blue_slope, t, blue));
+    }
+    // Counted from the far end, f has grown to 1 / (the light that comes through).
+    const VF inverse = reciprocal(f);
+    const VF light = hn::Load(d, pixels.light.data() + first);
+    const VF scale = hn::IfThenElse(up, light, hn::Mul(light, inverse));
+    const auto add = [&](auto& channel, VF value) HWY_ATTR {
+      float* p = channel.data() + first;
+      hn::Store(hn::MulAdd(scale, value, hn::Load(d, p)), d, p);
+    };
+    add(pixels.red, red);
+    add(pixels.green, green);
+    add(pixels.blue, blue);
+    hn::Store(hn::Mul(light, hn::IfThenElse(up, f, inverse)), d, pixels.light.data() + first);
+  }
+
+ private:
+  const Piece* pieces_;
+  std::int32_t first_, last_;
+  Rays<Parallel> rays_;
+};
+
 // Any fragment: cut where it passes from one piece of the transfer function to the next, each part at any depth.
 template <bool Parallel>
-class Shader<Parallel, false> {
+class Shader<Parallel, Care::full> {
  public:
   HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
       : pieces_(view.screen->pieces().data()),
@@ -148,11 +215,8 @@ class Shader<Parallel, false> {
         hi_(hn::Set(DF(), batch.hi[i])),
         rays_(view, batch, i, 0.0F) {}
 
-  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, std::size_t row, std::size_t column, std::size_t first,
-                        Pixels& pixels) const {
+  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const VF x = hn::Load(d, &centres.x[0][0] + column);
-    const VF y = hn::Load(d, &centres.y[0][0] + row);
     Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
     const VF back = hn::Clamp(hn::Add(s.front, s.change), lo_, hi_);
     s.front = hn::Clamp(s.front, lo_, hi_);

@@ -28,7 +28,7 @@ void TilePainter::begin(const Screen& screen, const Box& window) {
   pixels_.light.fill(1.0F);
   pixels_.last.fill(std::numeric_limits<float>::infinity());
   pixels_.flagged.fill(0);
-  pixels_.opaque.fill(0);
+  pixels_.live.fill(1);
   const project::Camera& camera = screen.frame().camera;
   view_.longest = 0.0F;
   for (int y = 0; y < tile_size; ++y) {
@@ -101,7 +101,7 @@ void TilePainter::composite(std::span<const Entry> entries) {
     std::size_t end = begin;
     while (tetrahedral && end < entries.size() && !entries[end].cut())
       ++end;
-    if (end > begin) stats_.fragments += paintTetrahedra(view_, entries.subspan(begin, end - begin), pixels_);
+    if (end > begin) stats_.fragments += paintTetrahedra(view_, entries.subspan(begin, end - begin), pixels_, scratch_);
     for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end)
       addCell(entries[end]);
     begin = end;
@@ -131,9 +131,14 @@ void TilePainter::addCell(Entry entry) {
 void TilePainter::addSpan(std::size_t i, const Span& span) {
   ++stats_.fragments;
   const double near = screen_->depths().nearness(span.near);
-  const double tolerance = view_.overlap_at + view_.overlap_slope * near;
-  if (near > pixels_.last[i] + tolerance) pixels_.flagged[i / block_pixels] |= std::uint16_t(1U << (i % block_pixels));
-  pixels_.last[i] = static_cast<float>(screen_->depths().nearness(span.far));
+  const double far = screen_->depths().nearness(span.far);
+  const double tolerance = view_.overlap_at + view_.overlap_slope * std::max(near, 0.0);
+  if (near > far + solid_share * tolerance) {
+    if (near > pixels_.last[i] + tolerance) {
+      pixels_.flagged[i / block_pixels] |= static_cast<std::uint16_t>(1U << (i % block_pixels));
+    }
+    pixels_.last[i] = static_cast<float>(far);
+  }
   const integrate::Radiance r = integrate::integrate(screen_->frame().transfer_function, span.front, span.back,
                                                      (span.far - span.near) * pixels_.length[i]);
   const float light = pixels_.light[i];

@@ -57,6 +57,7 @@ class TilePainter {
   Box window_;
   TileView view_;
   Pixels pixels_;
+  KernelScratch scratch_;
   CellShape shape_;
   std::vector<Span> spans_;
   std::vector<Fragment> fragments_;
