@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "reference_support.h"
+#include "spillikin/base/error.h"
 
 namespace spillikin::tests {
 namespace {
@@ -72,6 +73,22 @@ TEST(ReferenceTrouble, HiddenCellsAreNotThere) {
     EXPECT_NEAR(image.rgba[n], -std::expm1(-2.0), 1e-6);
   EXPECT_EQ(report.gaps, 0U);
   EXPECT_EQ(report.intervals, 2U * 81U);
+}
+
+TEST(ReferenceTrouble, AllCellsHidden) {
+  mesh::Source source = hexahedronGrid(2);
+  addCellArray(source, "c", [](const Vec3&) { return std::nan(""); });
+  const Scene scene(source, "c");
+  Report report;
+  const Image image = scene.caster.render(lookAt({5, 4, 6}, Vec3(1.0), 16, 16), constantMedium(1.0), {}, &report);
+  EXPECT_EQ(image.rgba, std::vector<float>(16 * 16 * 4, 0.0F));
+  EXPECT_EQ(report.rays, 256U);
+  EXPECT_EQ(report.intervals, 0U);
+}
+
+TEST(ReferenceTrouble, FieldOfAnotherMesh) {
+  const Scene scene(hexahedronGrid(2)), other(hexahedronGrid(3));
+  EXPECT_THROW(reference::RayCaster(scene.mesh, other.field), Error);
 }
 
 // The order of a file's ids can turn cells inside out: nothing changes in the picture.

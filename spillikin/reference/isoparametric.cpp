@@ -45,8 +45,7 @@ struct Element {
   }
 };
 
-Element makeElement(const Line& line, const mesh::Mesh& mesh, mesh::Id cell, const double* values, double shift) {
-  constexpr double golden_section = 0.6180339887498949;
+Element makeElement(const Line& line, const mesh::Mesh& mesh, mesh::Id cell, const double* values) {
   Element e;
   double reach = 0.0;
   const auto vertices = mesh.vertices(cell);
@@ -54,9 +53,8 @@ Element makeElement(const Line& line, const mesh::Mesh& mesh, mesh::Id cell, con
   for (std::size_t n = 0; n < 8; ++n) {
     e.id[n] = vertices[corner[n]];
     const Vec3 p = mesh.points[e.id[n]] - line.o;
-    e.place.corner[n] =
-        Vec3(p[line.i] - p[line.k] * line.sx - shift, p[line.j] - p[line.k] * line.sy - golden_section * shift,
-             (p.x * line.d.x + p.y * line.d.y + p.z * line.d.z) * line.inverse_dd * line.length);
+    e.place.corner[n] = Vec3(p[line.i] - p[line.k] * line.sx, p[line.j] - p[line.k] * line.sy,
+                             (p.x * line.d.x + p.y * line.d.y + p.z * line.d.z) * line.inverse_dd * line.length);
     e.value.corner[n] = values != nullptr ? values[e.id[n]] : 0.0;
     reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   }
@@ -215,8 +213,8 @@ bool curved(mesh::CellType type) {
 }
 
 void crossCurved(const Line& line, const mesh::Mesh& mesh, mesh::Id cell, const double* values, double tolerance,
-                 double shift, std::vector<Vec3>& roots, std::vector<Span>& out) {
-  const Element e = makeElement(line, mesh, cell, values, shift);
+                 std::vector<Vec3>& roots, std::vector<Span>& out) {
+  const Element e = makeElement(line, mesh, cell, values);
   if (missed(e)) return;
   Places places{};
   std::size_t count = 0;

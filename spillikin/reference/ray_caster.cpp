@@ -1,4 +1,5 @@
 // Casting: gather the cells of a ray, cross them exactly, sort, integrate front to back.
+#include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -79,7 +80,7 @@ struct RayCaster::Impl {
 
   void prepare(const Options& options) const;
   double contactTolerance(const Line& line) const;
-  double curvedShift() const;
+  Line makeLine(const Ray& ray, mesh::FieldModel model) const;
   void collect(const Ray& ray, const Line& line, bool eye, mesh::FieldModel model, Scratch& s) const;
   void addCell(const Line& line, mesh::Id cell, Scratch& s) const;
   void addTetrahedra(const Line& line, mesh::Id cell, Scratch& s) const;
@@ -108,9 +109,17 @@ double RayCaster::Impl::contactTolerance(const Line& line) const {
          line.length;
 }
 
-double RayCaster::Impl::curvedShift() const {
-  constexpr double rounding = std::numeric_limits<double>::epsilon();
-  return std::max(curved_shift * candidates.radius(), curved_shift_roundings * rounding * candidates.magnitude());
+// The line that is crossed with the cells: the ray itself, a little aside of it where elements are curved.
+Line RayCaster::Impl::makeLine(const Ray& ray, mesh::FieldModel model) const {
+  const Line line(ray.origin, ray.direction);
+  if (model != mesh::FieldModel::isoparametric) return line;
+  constexpr double golden_section = 0.6180339887498949;
+  constexpr double roundings = curved_shift_roundings * std::numeric_limits<double>::epsilon();
+  const double shift = std::max(curved_shift * candidates.radius(), roundings * candidates.magnitude());
+  Vec3 origin = ray.origin;
+  origin[line.i] += shift;
+  origin[line.j] += golden_section * shift;
+  return {origin, ray.direction};
 }
 
 // Turns the sorted crossings of one closed surface into spans, two by two.
@@ -142,7 +151,7 @@ void RayCaster::Impl::addCurved(const Line& line, mesh::Id cell, Scratch& s) con
   const bool constant = field.association == mesh::Association::cells;
   const std::size_t first = s.spans.size();
   crossCurved(line, mesh, cell, constant ? nullptr : field.values.data(), field_tolerance * (field.hi - field.lo),
-              curvedShift(), s.roots, s.spans);
+              s.roots, s.spans);
   for (std::size_t n = first; constant && n < s.spans.size(); ++n)
     s.spans[n].front = s.spans[n].back = field.values[cell];
 }
@@ -187,7 +196,7 @@ void RayCaster::Impl::castRow(const Rays& rays, int y, const TransferFunction& t
     for (int n = 0; n < options.samples; ++n) {
       const auto [px, py] = samplePosition(x, y, image.width, n, options.samples);
       const Ray ray = rays(px, py);
-      const Line line(ray.origin, ray.direction);
+      const Line line = makeLine(ray, options.model);
       collect(ray, line, eye, options.model, s);
       checkContacts(mesh, field.hidden, s.spans, contactTolerance(line), row.contacts);
       row.x.resize(row.contacts.pairs.size(), px);
@@ -224,7 +233,16 @@ void merge(const std::vector<Row>& rows, Report& report) {
 
 }  // namespace
 
-RayCaster::RayCaster(const mesh::Mesh& mesh, const mesh::Field& field) : impl_(std::make_unique<Impl>(mesh, field)) {}
+RayCaster::RayCaster(const mesh::Mesh& mesh, const mesh::Field& field) {
+  const bool cells = field.association == mesh::Association::cells;
+  const std::size_t expected = cells ? mesh.cell_count() : mesh.points.size();
+  if (field.values.size() != expected || (!field.hidden.empty() && field.hidden.size() != mesh.cell_count())) {
+    throw Error(fmt::format("{}: field '{}' has {} values for {} {}: it belongs to another mesh", mesh.name, field.name,
+                            field.values.size(), expected, cells ? "cells" : "points"));
+  }
+  impl_ = std::make_unique<Impl>(mesh, field);
+}
+
 RayCaster::~RayCaster() = default;
 
 Image RayCaster::render(const View& view, const TransferFunction& tf, const Options& options, Report* report) const {
@@ -256,7 +274,7 @@ void RayCaster::intervals(const View& view, double x, double y, const Options& o
   const Rays rays(view);
   impl_->prepare(options);
   const Ray ray = rays(x, y);
-  const Line line(ray.origin, ray.direction);
+  const Line line = impl_->makeLine(ray, options.model);
   const Range range = rays.drawn(ray);
   Scratch& s = impl_->scratch.local();
   impl_->collect(ray, line, !view.parallel(), options.model, s);
