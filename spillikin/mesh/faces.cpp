@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <limits>
-#include <tuple>
 
 #include "spillikin/base/error.h"
 #include "spillikin/mesh/build.h"
@@ -20,15 +19,30 @@ namespace {
 
 constexpr std::size_t vertices_per_chunk = 1024;
 
-// A face as one cell sees it, without its smallest place (the bucket it lies in). Triangle: (0, lower, higher); the
-// quadrilateral (m, a, b, c): (b, lower of a and c, higher of a and c), so that both sides of it agree and 0, which
-// can only be a smallest place, tells the two apart.
+// A face as one cell sees it, without its smallest place (the bucket it lies in). Of a triangle: 0, the lower and the
+// higher of the other two. Of a quadrilateral (m, a, b, c): b, the lower and the higher of a and c, so that both sides
+// agree; b cannot be 0, which only a smallest place can.
 struct HalfFace {
-  std::array<Id, 3> key;
+  std::uint64_t opposite_and_lower;
+  Id higher;
   Id cell;
   Id slot;       // in Mesh::cell_face
   bool forward;  // the cell sees the lower before the higher
-  auto order() const { return std::tie(key, cell, slot); }
+
+  static HalfFace make(Id a, Id opposite, Id c, Id cell, Id slot) {
+    const std::uint64_t key = static_cast<std::uint64_t>(opposite) << 32 | std::min(a, c);
+    return {key, std::max(a, c), cell, slot, a < c};
+  }
+  Id opposite() const { return static_cast<Id>(opposite_and_lower >> 32); }
+  Id lower() const { return static_cast<Id>(opposite_and_lower); }
+  bool triangle() const { return opposite() == 0; }
+  bool sameFace(const HalfFace& other) const {
+    return opposite_and_lower == other.opposite_and_lower && higher == other.higher;
+  }
+  bool operator<(const HalfFace& other) const {
+    if (opposite_and_lower != other.opposite_and_lower) return opposite_and_lower < other.opposite_and_lower;
+    return higher != other.higher ? higher < other.higher : slot < other.slot;
+  }
 };
 
 // Vertices at one point have neighbouring ids; the first of them stands for their place. Empty: no two coincide.
@@ -84,10 +98,10 @@ class Matcher {
   // Faces as they are stored: calls visit(face) with 3 or 4 vertices, the smallest first.
   template <class Visit>
   void eachFace(Id cell, const Visit& visit) const {
+    if (mesh_.cell_type[cell] == CellType::tetrahedron) return eachFaceOfTetrahedron(cell, visit);
     forEachPolygon(mesh_, cell, [&](std::span<const Id> polygon) {
       if (polygon.size() == 3) {
-        const std::size_t s = smallestCorner(polygon);
-        visit(std::array<Id, 4>{polygon[s], polygon[(s + 1) % 3], polygon[(s + 2) % 3], none});
+        visit(fromSmallest(polygon[0], polygon[1], polygon[2]));
       } else if (polygon.size() == 4) {
         const std::size_t s = smallestCorner(polygon);
         visit(std::array<Id, 4>{polygon[s], polygon[(s + 1) & 3U], polygon[(s + 2) & 3U], polygon[(s + 3) & 3U]});
@@ -95,6 +109,21 @@ class Matcher {
         forEachTriangle(polygon, [&](Id a, Id b, Id c) { visit(std::array<Id, 4>{a, b, c, none}); });
       }
     });
+  }
+
+  // The same faces in the same order, some three times faster: most meshes consist of them.
+  template <class Visit>
+  void eachFaceOfTetrahedron(Id cell, const Visit& visit) const {
+    const Id* v = mesh_.cell_vertex.data() + mesh_.cell_vertex_offset[cell];
+    visit(fromSmallest(v[0], v[1], v[3]));
+    visit(fromSmallest(v[1], v[2], v[3]));
+    visit(fromSmallest(v[2], v[0], v[3]));
+    visit(fromSmallest(v[0], v[2], v[1]));
+  }
+
+  static std::array<Id, 4> fromSmallest(Id a, Id b, Id c) {
+    if (a < b && a < c) return {a, b, c, none};
+    return b < c ? std::array<Id, 4>{b, c, a, none} : std::array<Id, 4>{c, a, b, none};
   }
 
   void countSlots() {
@@ -174,14 +203,12 @@ class Matcher {
         if (place(face[0]) == vertex) {
           const bool triangle = face[3] == none;
           const Id a = place(face[1]), c = place(triangle ? face[2] : face[3]);
-          const Id b = triangle ? 0 : place(face[2]);
-          scratch.push_back({{b, std::min(a, c), std::max(a, c)}, cell, slot, a < c});
+          scratch.push_back(HalfFace::make(a, triangle ? 0 : place(face[2]), c, cell, slot));
         }
         ++slot;
       });
     }
-    std::sort(scratch.begin(), scratch.end(),
-              [](const HalfFace& p, const HalfFace& q) { return p.order() < q.order(); });
+    std::sort(scratch.begin(), scratch.end());
     // A polyhedron that was filed twice.
     scratch.erase(std::unique(scratch.begin(), scratch.end(),
                               [](const HalfFace& p, const HalfFace& q) { return p.slot == q.slot; }),
@@ -197,16 +224,16 @@ class Matcher {
       gather(static_cast<Id>(v), scratch);
       for (std::size_t i = 0; i < scratch.size();) {
         std::size_t j = i + 1;
-        while (j < scratch.size() && scratch[j].key == scratch[i].key)
+        while (j < scratch.size() && scratch[j].sameFace(scratch[i]))
           ++j;
         if (j - i > 2 || (j - i == 2 && sameCell(scratch[i], scratch[i + 1]))) refuse(scratch, i, j, refused_[chunk]);
         if (j - i == 2 && scratch[i].forward != scratch[i + 1].forward) {
-          store(scratch[i], &scratch[i + 1], found, start);
+          store(static_cast<Id>(v), scratch[i], &scratch[i + 1], found, start);
         } else {
           // Two cells on one side of their face overlap: neither lies behind it, so each keeps it as its own.
           if (j - i == 2) ++found.folded;
           for (std::size_t k = i; k < j; ++k)
-            store(scratch[k], nullptr, found, start);
+            store(static_cast<Id>(v), scratch[k], nullptr, found, start);
         }
         i = j;
       }
@@ -241,13 +268,13 @@ class Matcher {
         mesh_.name.empty() ? "mesh" : mesh_.name, cells, end > begin + 8 ? ", ..." : "");
   }
 
-  void store(const HalfFace& front, const HalfFace* back, Counts& found, const Counts* start) {
-    const bool triangle = front.key[0] == 0;
+  void store(Id smallest, const HalfFace& front, const HalfFace* back, Counts& found, const Counts* start) {
+    const bool triangle = front.triangle();
     const std::size_t index = triangle ? found.triangles++ : found.quads++;
     if (start == nullptr) return;
     const std::size_t at = index + (triangle ? start->triangles : start->quads);
     const Id face = static_cast<Id>(triangle ? at : mesh_.triangle.size() + at);
-    const std::array<Id, 4> vertices = faceOfSlot(front);
+    const std::array<Id, 4> vertices = place_.empty() ? faceFromKey(smallest, front) : faceOfSlot(front);
     const std::array<Id, 2> cells{front.cell, back == nullptr ? none : back->cell};
     if (triangle) {
       mesh_.triangle[at] = {vertices[0], vertices[1], vertices[2]};
@@ -258,6 +285,13 @@ class Matcher {
     }
     mesh_.cell_face[front.slot] = FaceUse{face << 1};
     if (back != nullptr) mesh_.cell_face[back->slot] = FaceUse{(face << 1) | 1U};
+  }
+
+  // Where places are vertices, the key has them all.
+  static std::array<Id, 4> faceFromKey(Id smallest, const HalfFace& half) {
+    const Id second = half.forward ? half.lower() : half.higher, last = half.forward ? half.higher : half.lower();
+    if (half.triangle()) return {smallest, second, last, none};
+    return {smallest, second, half.opposite(), last};
   }
 
   std::array<Id, 4> faceOfSlot(const HalfFace& half) const {
