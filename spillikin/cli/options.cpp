@@ -104,6 +104,9 @@ void addField(CLI::App& app, FieldOptions& o) {
       ->group(group);
   auto* step = app.add_option("--step", o.step, "time step, from 0")->type_name("K")->group(group);
   app.add_option("--time", o.time, "time; the nearest step is read")->type_name("T")->group(group)->excludes(step);
+  app.add_option("--warp", o.warp, "move the points by a vector array, times a scale (default 1)")
+      ->type_name("NAME[,scale]")
+      ->group(group);
   app.add_flag("--list-fields", o.list, "list the arrays of the file and stop")->group(group);
 }
 
@@ -128,6 +131,9 @@ void addLook(CLI::App& app, LookOptions& o) {
       ->type_name("F")
       ->group(group)
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--optics", o.optics, "what a ray gathers (default absorption-emission)")
+      ->group(group)
+      ->check(CLI::IsMember({"absorption-emission", "emission", "absorption", "mip", "xray"}));
   app.add_option_function<std::string>(
          "--background",
          [&o](const std::string& text) {
@@ -172,7 +178,7 @@ void addEngine(CLI::App& app, EngineOptions& o) {
 }
 
 void addMesh(CLI::App& app, CommonOptions& o) {
-  app.add_option("MESH", o.mesh, "mesh file")->required();
+  app.add_option("MESH", o.mesh, "mesh file, or a pattern in quotes that names the files of a series")->required();
   app.add_flag("--strict", o.strict, "treat warnings as errors");
 }
 

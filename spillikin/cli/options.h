@@ -26,6 +26,7 @@ struct FieldOptions {
   std::string component = "mag";
   std::optional<std::size_t> step;
   std::optional<double> time;
+  std::string warp;  // NAME[,scale]
   bool list = false;
 };
 
@@ -33,6 +34,7 @@ struct LookOptions {
   std::string tf;  // preset or file
   std::optional<std::array<double, 2>> range;
   double opacity = 1.0;
+  std::string optics = "absorption-emission";
   std::array<double, 4> background{0.0, 0.0, 0.0, 1.0};
 };
 

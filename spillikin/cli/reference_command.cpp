@@ -48,7 +48,7 @@ int run(const ReferenceOptions& o) {
   const render::ThreadLimit limit(o.engine.threads);
   const std::string target =
       o.image.empty() ? std::filesystem::path(o.common.mesh).filename().replace_extension(".png").string() : o.image;
-  io::checkImagePath(target);
+  checkTarget(target);
   render::Session session = openSession(o);
   reportWarnings(session.warnings(), o.common.strict);
 

@@ -13,8 +13,11 @@
 
 #include "spillikin/base/error.h"
 #include "spillikin/cli/progress.h"
+#include "spillikin/integrate/optics.h"
 #include "spillikin/io/read.h"
 #include "spillikin/io/read_colormap.h"
+#include "spillikin/io/write_image.h"
+#include "spillikin/mesh/refit.h"
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
 
@@ -27,7 +30,22 @@ bool isPreset(const std::string& text) {
   return std::find(names.begin(), names.end(), text) != names.end();
 }
 
-integrate::TransferFunction look(const LookOptions& o, const render::Session& session) {
+// Smoke and radiographs are absorption and emission with one colour for all: black, or white.
+integrate::TransferFunction underOptics(const std::string& optics, const integrate::TransferFunction& tf) {
+  const integrate::Optics model = integrate::optics(optics);
+  if (model == integrate::Optics::absorption_emission) return tf;
+  if (model != integrate::Optics::absorption && model != integrate::Optics::xray) {
+    throw Error(
+        fmt::format("--optics {} cannot be drawn yet; there are absorption-emission, absorption and xray", optics));
+  }
+  const double shade = model == integrate::Optics::xray ? 1.0 : 0.0;
+  auto points = tf.points();
+  for (auto& p : points)
+    p.color = {shade, shade, shade};
+  return integrate::TransferFunction(std::move(points));
+}
+
+integrate::TransferFunction coloured(const LookOptions& o, const render::Session& session) {
   const mesh::Field& field = session.field();
   if (o.tf.empty() || isPreset(o.tf)) {
     const std::array<double, 2> range = o.range.value_or(std::array<double, 2>{field.lo, field.hi});
@@ -50,6 +68,10 @@ integrate::TransferFunction look(const LookOptions& o, const render::Session& se
     tf = integrate::TransferFunction(std::move(points));
   }
   return tf.scaled(o.opacity);
+}
+
+integrate::TransferFunction look(const LookOptions& o, const render::Session& session) {
+  return underOptics(o.optics, coloured(o, session));
 }
 
 }  // namespace
@@ -89,7 +111,44 @@ View makeView(const ViewOptions& o, const render::Box& box) {
   return view;
 }
 
+namespace {
+
+// "DISPL" or "DISPL,10".
+void applyWarp(mesh::Source& source, const std::string& text) {
+  if (text.empty()) return;
+  const std::size_t comma = text.rfind(',');
+  double scale = 1.0;
+  std::string name = text;
+  if (comma != std::string::npos) {
+    const char* last = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data() + comma + 1, last, scale);
+    if (error != std::errc() || stop != last || !std::isfinite(scale)) {
+      throw CLI::ValidationError(fmt::format("--warp: '{}' should be NAME or NAME,scale", text));
+    }
+    name = text.substr(0, comma);
+  }
+  mesh::warp(source, name, scale);
+}
+
+}  // namespace
+
+mesh::Source readStep(const SeriesStep& step, const FieldOptions& field, double* seconds) {
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress("reading");
+  io::ReadOptions options;
+  options.step = step.step;
+  options.progress = progress.callback();
+  mesh::Source source = io::readMesh(step.path, options);
+  applyWarp(source, field.warp);
+  if (seconds != nullptr) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return source;
+}
+
 mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, double* seconds) {
+  if (isPattern(common.mesh)) {
+    const auto series = openSeries(common.mesh);
+    return readStep(series[chooseStep(series, field, common.mesh)], field, seconds);
+  }
   const auto start = std::chrono::steady_clock::now();
   Progress progress("reading");
   io::ReadOptions options;
@@ -97,6 +156,7 @@ mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, 
   options.time = field.time;
   options.progress = progress.callback();
   mesh::Source source = io::readMesh(common.mesh, options);
+  applyWarp(source, field.warp);
   if (seconds != nullptr) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return source;
 }
@@ -119,12 +179,28 @@ View checkedView(const ViewOptions& o, const render::Box& box) {
   return view;
 }
 
-render::Session openSession(const SceneOptions& o) {
-  const int component = componentNumber(o.field.component);
-  // What is wrong with the arguments whatever the mesh is said before the mesh is read.
+void checkTarget(const std::string& image) {
+  if (!io::knownImageSuffix(image)) {
+    throw CLI::ValidationError(fmt::format("-o: {}: images are written as .png, .exr or .npy", image));
+  }
+  io::checkImagePath(image);
+}
+
+void checkArguments(const SceneOptions& o) {
+  componentNumber(o.field.component);
+  // What is wrong with the view whatever the mesh is said before the mesh is read.
   if (!o.view.eye && !o.view.target) checkedView(o.view, {{-1, -1, -1}, {1, 1, 1}});
+}
+
+render::Session openSession(const SceneOptions& o) {
+  checkArguments(o);
   double load_seconds = 0.0;
   mesh::Source source = readSource(o.common, o.field, &load_seconds);
+  return openSession(o, std::move(source), load_seconds);
+}
+
+render::Session openSession(const SceneOptions& o, mesh::Source source, double load_seconds,
+                            const std::optional<std::array<double, 2>>& range) {
   render::Engine engine;
   engine.sort = sort::algorithm(o.engine.sort);
   engine.projection = render::projection(o.engine.project);
@@ -132,9 +208,11 @@ render::Session openSession(const SceneOptions& o) {
   engine.backend = composite::backend(o.engine.backend);
   render::Session session(std::move(source), engine);
   session.setLoadSeconds(load_seconds);
-  session.setField(o.field.name, component);
+  session.setField(o.field.name, componentNumber(o.field.component));
   session.setView(checkedView(o.view, render::boundingBox(session.mesh())));
-  session.setTransferFunction(look(o.look, session));
+  LookOptions chosen = o.look;
+  if (!chosen.range && range && (chosen.tf.empty() || isPreset(chosen.tf))) chosen.range = range;
+  session.setTransferFunction(look(chosen, session));
   return session;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "spillikin/cli/options.h"
+#include "spillikin/cli/series.h"
 #include "spillikin/render/defaults.h"
 #include "spillikin/render/session.h"
 
@@ -20,8 +21,21 @@ struct SceneOptions {
 // Reads the step of the mesh that the options name, with a progress bar.
 mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, double* seconds = nullptr);
 
-// A session with the field, view and look of the options. Warnings so far are printed, or thrown with --strict.
+// The same for one step of a series, warped as the options say.
+mesh::Source readStep(const SeriesStep& step, const FieldOptions& field, double* seconds = nullptr);
+
+// A session with the field, view and look of the options, on the mesh that they name or on the source given. `range`:
+// what the transfer function spans when the options leave it open, instead of the field's own.
 render::Session openSession(const SceneOptions& options);
+render::Session openSession(const SceneOptions& options, mesh::Source source, double load_seconds,
+                            const std::optional<std::array<double, 2>>& range = {});
+
+// An image that cannot be written is told before the work: an unknown suffix is a wrong argument, a folder that is not
+// there or takes no files cannot be helped.
+void checkTarget(const std::string& image);
+
+// What the options say that holds for any mesh; throws CLI::ValidationError.
+void checkArguments(const SceneOptions& options);
 
 // The view of the options on a mesh with this box; checkedView throws CLI::ValidationError where no picture can be
 // taken from it.

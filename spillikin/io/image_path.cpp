@@ -11,11 +11,15 @@
 
 namespace spillikin::io {
 
+bool knownImageSuffix(const std::string& path) {
+  constexpr std::array<std::string_view, 3> known{".png", ".exr", ".npy"};
+  return std::find(known.begin(), known.end(), std::filesystem::path(path).extension().string()) != known.end();
+}
+
 void checkImagePath(const std::string& path) {
   namespace fs = std::filesystem;
-  constexpr std::array<std::string_view, 3> known{".png", ".exr", ".npy"};
   const fs::path target(path);
-  if (std::find(known.begin(), known.end(), target.extension().string()) == known.end()) {
+  if (!knownImageSuffix(path)) {
     throw Error(fmt::format("{}: images are written as .png, .exr or .npy; choose one of these suffixes", path));
   }
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");

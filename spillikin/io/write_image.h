@@ -16,6 +16,9 @@ namespace spillikin::io {
 // partial is ever left. Throws Error: unknown suffix, target that cannot be written, disk full.
 void writeImage(const std::string& path, const Image& image, const std::array<double, 4>& background = {0, 0, 0, 1});
 
+// Whether the path ends in a suffix that writeImage and readImage know.
+bool knownImageSuffix(const std::string& path);
+
 // Whether writeImage could write there, as far as that can be told before the picture is made: a known suffix, a folder
 // that exists and takes files. Throws the Error that writeImage would.
 void checkImagePath(const std::string& path);

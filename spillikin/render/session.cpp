@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/mesh/refit.h"
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
@@ -72,6 +73,7 @@ struct Session::Impl {
   mesh::Source source;
   mesh::BuildReport report;
   mesh::Mesh mesh;
+  std::uint64_t topology = 0;
   std::optional<mesh::Tetrahedralization> tets;
   std::unique_ptr<sort::Sorter> sorter;
   // Tier (c).
@@ -91,6 +93,7 @@ struct Session::Impl {
   const mesh::Mesh& drawnMesh();
   const mesh::Field& drawnField();
   void build();
+  void newGeometry();
   void sort();
   void warn(std::string line);
 };
@@ -107,14 +110,9 @@ void Session::Impl::build() {
   mesh = mesh::build(source, &report);
   for (const std::string& line : report.warnings)
     warn(line);
-  source.connectivity = {};
-  source.offsets = {};
-  tets.reset();
-  sorter.reset();
-  ordered = false;
-  drew_mesh = drew_field = false;
-
+  newGeometry();
   stats.build_seconds = timer.seconds();
+  stats.adjacency_reused = false;
   const mesh::Inspection inspection = mesh::inspect(mesh);
   stats.cells = mesh.cell_count();
   stats.cells_by_type.clear();
@@ -125,6 +123,17 @@ void Session::Impl::build() {
   stats.faces = mesh.face_count();
   stats.exterior_faces = inspection.exterior_faces;
   stats.bytes_per_cell = static_cast<double>(inspection.bytes) / static_cast<double>(mesh.cell_count());
+}
+
+// What was made of the places of the vertices is made again.
+void Session::Impl::newGeometry() {
+  source.connectivity = {};
+  source.offsets = {};
+  tets.reset();
+  tet_field.reset();
+  sorter.reset();
+  ordered = false;
+  drew_mesh = drew_field = false;
 }
 
 const mesh::Mesh& Session::Impl::drawnMesh() {
@@ -180,9 +189,23 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
 void Session::setSource(mesh::Source source) {
-  impl_->source = std::move(source);
-  impl_->warnings.clear();
-  impl_->build();
+  Impl& s = *impl_;
+  const Clock timer;
+  const std::uint64_t topology = mesh::topologyFingerprint(source);
+  s.source = std::move(source);
+  s.warnings.clear();
+  const bool same = topology == s.topology && s.mesh.cell_count() > 0;
+  if (same && mesh::refit(s.mesh, s.report, s.source)) {
+    s.mesh.name = s.source.name;
+    for (const std::string& line : s.report.warnings)
+      s.warn(line);
+    s.newGeometry();
+    s.stats.build_seconds = timer.seconds();
+    s.stats.adjacency_reused = true;
+    return;
+  }
+  s.topology = topology;
+  s.build();
 }
 
 void Session::setView(const View& view) {

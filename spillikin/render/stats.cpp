@@ -33,6 +33,7 @@ std::string toJson(const Stats& s) {
   }
   j["load_seconds"] = s.load_seconds;
   j["build_seconds"] = s.build_seconds;
+  j["adjacency_reused"] = s.adjacency_reused;
   j["field_seconds"] = s.field_seconds;
   j["total_seconds"] = s.total_seconds;
   j["peak_rss_bytes"] = s.peak_rss_bytes;

@@ -34,8 +34,9 @@ struct Stats {
     std::size_t flagged = 0, resolved = 0, unresolved = 0;
   } certificate;
 
-  double load_seconds = 0.0;   // reading the file
-  double build_seconds = 0.0;  // orientation, adjacency, numbering
+  double load_seconds = 0.0;      // reading the file
+  double build_seconds = 0.0;     // orientation, adjacency, numbering
+  bool adjacency_reused = false;  // the last step had the topology of the one before
   double field_seconds = 0.0;
   double total_seconds = 0.0;  // since the session began, reading included
   std::size_t peak_rss_bytes = 0;
