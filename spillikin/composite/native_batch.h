@@ -14,8 +14,8 @@ inline constexpr std::size_t batch_cells = 32;  // stays in the first level of c
 inline constexpr float thin_depth = 0.125F;
 
 // How a cell is shaded: by a short series, the whole cell in one piece of the transfer function; the same cut at the
-// pieces' ends; or with the scalar kept within the cell's range and any optical depth.
-enum class Care : std::int32_t { none, cut, full };
+// one or the several places where pieces meet; or with the scalar kept within the cell's range and at any depth.
+enum class Care : std::int32_t { none, cut, cuts, full };
 
 struct CellBatch {
   template <class T>
@@ -46,7 +46,7 @@ struct CellBatch {
   alignas(64) std::uint32_t id[4 * batch_cells];
   alignas(64) std::uint32_t sorted[4][batch_cells];
   alignas(64) PerCell<std::int32_t> odd;  // the ids' order is an odd permutation of the cell's
-  alignas(64) double corner[4][4 * 8];
+  alignas(64) double corner[4][4 * batch_cells];
 };
 
 // The fragments of one cell on one tile, vector by vector: where each vector lies and where its rays enter and leave.

@@ -174,6 +174,9 @@ std::size_t paintBatch(const TileView& view, const CellBatch& batch, std::size_t
       case Care::cut:
         fragments += shadeCell<Parallel, Care::cut>(view, batch, i, covered, n, pixels);
         break;
+      case Care::cuts:
+        fragments += shadeCell<Parallel, Care::cuts>(view, batch, i, covered, n, pixels);
+        break;
       case Care::full:
         fragments += shadeCell<Parallel, Care::full>(view, batch, i, covered, n, pixels);
         break;

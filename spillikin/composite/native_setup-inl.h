@@ -222,20 +222,21 @@ HWY_INLINE void setRange(const Corner (&c)[4], std::size_t i, CellBatch& batch) 
   hn::Store(hn::Max(hn::Max(c[0].piece, c[1].piece), hn::Max(c[2].piece, c[3].piece)), di, batch.last_piece + i);
 }
 
-HWY_INLINE void gatherCorners(const Screen& screen, std::span<const Entry> cells, std::size_t i, CellBatch& batch) {
+// All corners of the batch before the first is read: they are written in smaller parts than they are read in, and must
+// have come to rest by then.
+HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cells, CellBatch& batch) {
   const Vertex* vertices = screen.vertices();
-  const std::size_t lanes = hn::Lanes(DD());
-  for (std::size_t k = 0; k < 4; ++k) {
-    for (std::size_t lane = 0; lane < lanes; ++lane)
-      std::memcpy(batch.corner[k] + 4 * lane, vertices + batch.sorted[k][i + lane], sizeof(Vertex));
+  for (std::size_t i = 0; i < batch_cells; ++i) {
+    for (std::size_t k = 0; k < 4; ++k)
+      std::memcpy(batch.corner[k] + 4 * i, vertices + batch.sorted[k][i], sizeof(Vertex));
   }
   if (screen.cell_values().empty()) return;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const mesh::Id cell = cells[std::min(i + lane, cells.size() - 1)].index();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const mesh::Id cell = cells[i].index();
     for (std::size_t k = 0; k < 4; ++k) {
-      std::memcpy(batch.corner[k] + 4 * lane + 3, &screen.cell_values()[cell], sizeof(float));
-      std::memcpy(reinterpret_cast<char*>(batch.corner[k] + 4 * lane + 3) + sizeof(float), &screen.cell_pieces()[cell],
-                  sizeof(std::uint32_t));
+      auto* last = reinterpret_cast<char*>(batch.corner[k] + 4 * i + 3);
+      std::memcpy(last, &screen.cell_values()[cell], sizeof(float));
+      std::memcpy(last + sizeof(float), &screen.cell_pieces()[cell], sizeof(std::uint32_t));
     }
   }
 }
@@ -258,8 +259,8 @@ HWY_NOINLINE void setCare(const TileView& view, std::size_t count, CellBatch& ba
                                        : (std::abs(batch.at[0][i]) + std::abs(batch.at[1][i])) * float(tile_size) +
                                              std::abs(batch.at[2][i] - batch.apex[i]);
     const bool steady = steep * view.rounding <= 0.02F * (batch.hi[i] - batch.lo[i]);
-    const bool whole = batch.first_piece[i] == batch.last_piece[i];
-    batch.care[i] = !(thin & steady) ? Care::full : whole ? Care::none : Care::cut;
+    const std::int32_t cuts = std::min(batch.last_piece[i] - batch.first_piece[i], 2);
+    batch.care[i] = thin & steady ? static_cast<Care>(cuts) : Care::full;
   }
 }
 
@@ -279,11 +280,11 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
   batch.parallel = screen.parallel();
   batch.eye_nearness = static_cast<float>(nearness_limit * view.nearness_scale);
   sortCorners(screen, cells, batch);
+  gatherCorners(screen, cells, batch);
   prefetch(screen, next);
   for (std::size_t i = 0; i < cells.size(); i += hn::Lanes(d)) {
-    gatherCorners(screen, cells, i, batch);
-    const Corner c[4] = {loadCorner(view, batch.corner[0]), loadCorner(view, batch.corner[1]),
-                         loadCorner(view, batch.corner[2]), loadCorner(view, batch.corner[3])};
+    const Corner c[4] = {loadCorner(view, batch.corner[0] + 4 * i), loadCorner(view, batch.corner[1] + 4 * i),
+                         loadCorner(view, batch.corner[2] + 4 * i), loadCorner(view, batch.corner[3] + 4 * i)};
     const Vec3D e1 = c[1].p - c[0].p;
     const Vec3D e2 = c[2].p - c[0].p;
     const Vec3D e3 = c[3].p - c[0].p;

@@ -50,11 +50,11 @@ struct PieceV {
         blue_slope(hn::Set(DF(), p.color_slope[2])) {}
 };
 
-// Where the rays of a vector run inside the cell.
+// Where the rays of a vector run inside the cell: the scalar half way and half its change up to where the ray leaves,
+// and the length in world units.
 struct Segment {
-  VF front;   // scalar where the ray enters
-  VF change;  // of the scalar up to where it leaves
-  VF length;  // world units
+  VF mean, half;
+  VF length;
 };
 
 template <bool Parallel>
@@ -66,7 +66,7 @@ class Rays {
         t_(hn::Set(DF(), batch.at[2][i] - anchor)),
         apex_(hn::Set(DF(), Parallel ? -batch.apex[i] : batch.apex[i] - anchor)),
         middle_(hn::Set(DF(), batch.middle_nearness[i])),
-        per_middle_(hn::Set(DF(), batch.per_middle[i])),
+        half_per_middle_(hn::Set(DF(), 0.5F * batch.per_middle[i])),
         z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
 
   // Lanes outside of the cell get no length and harmless values.
@@ -75,23 +75,22 @@ class Rays {
     far = hn::IfThenElse(inside, far, middle_);
     const VF at = hn::MulAdd(x_, x, hn::MulAdd(y_, y, t_));
     VF depth = hn::Sub(near, far);
-    if constexpr (Parallel) {
-      const VF front = hn::MulAdd(apex_, hn::Sub(middle_, near), at);
-      return {front, hn::Mul(apex_, depth), hn::Mul(depth, unit)};
-    } else {
+    VF to_front = hn::Sub(middle_, near);
+    VF steep = apex_;
+    if constexpr (!Parallel) {
       const VF u_near = hn::Add(near, z0_);
       const VF u_far = hn::Add(far, z0_);
       const VF both = reciprocal(hn::Mul(u_near, u_far));
-      const VF w_near = hn::Mul(u_far, both);
+      to_front = hn::Mul(to_front, hn::Mul(u_far, both));
       depth = hn::Mul(depth, both);
-      const VF steep = hn::Sub(at, apex_);
-      const VF front = hn::MulAdd(steep, hn::Mul(hn::Sub(middle_, near), w_near), at);
-      return {front, hn::Mul(hn::Mul(steep, depth), per_middle_), hn::Mul(depth, unit)};
+      steep = hn::Sub(at, apex_);
     }
+    const VF half_depth = hn::Mul(depth, half_per_middle_);
+    return {hn::MulAdd(steep, hn::Add(to_front, half_depth), at), hn::Mul(steep, half_depth), hn::Mul(depth, unit)};
   }
 
  private:
-  VF x_, y_, t_, apex_, middle_, per_middle_, z0_;
+  VF x_, y_, t_, apex_, middle_, half_per_middle_, z0_;
 };
 
 template <bool Parallel, Care care>
@@ -108,12 +107,10 @@ class Shader<Parallel, Care::none> {
   HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
     const DF d;
     const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
-    const VF half = hn::Mul(s.change, hn::Set(d, 0.5F));
-    const VF mean = hn::Add(s.front, half);
-    const VF depth = hn::Mul(s.length, hn::MulAdd(piece_.extinction_slope, mean, piece_.extinction));
-    const VF growth = hn::Mul(hn::Mul(s.length, piece_.extinction_slope), s.change);
+    const VF depth = hn::Mul(s.length, hn::MulAdd(piece_.extinction_slope, s.mean, piece_.extinction));
+    const VF growth = hn::Mul(hn::Mul(s.length, twice_slope_), s.half);
     const VF alpha = thinAlpha(depth);
-    const VF tint = hn::MulAdd(mean, alpha, hn::Mul(half, thinSkew(depth, growth)));
+    const VF tint = hn::MulAdd(s.mean, alpha, hn::Mul(s.half, thinSkew(depth, depth, growth)));
 
     const VF light = hn::Load(d, pixels.light.data() + first);
     const VF a = hn::Mul(light, alpha);
@@ -130,14 +127,100 @@ class Shader<Parallel, Care::none> {
 
  private:
   PieceV piece_;
+  VF twice_slope_ = hn::Add(piece_.extinction_slope, piece_.extinction_slope);
   Rays<Parallel> rays_;
 };
 
-// A thin fragment of a cell that reaches over several pieces: cut at their ends. The parts are met from low values to
-// high, whichever way the ray runs: with the light at the front of the part f, and f' behind it, the part's opacity
-// times its light is |f' - f|, and for a ray towards lower values the light is counted from the far end and grows.
+// A segment from its low end to its high one, whichever way the ray runs.
+struct Rising {
+  VF lo, hi;
+  VF twice_rate;  // twice the length for each unit of the scalar
+  VF sign;        // -1 where the scalar falls along the ray
+  hn::Mask<DF> up;
+  explicit HWY_INLINE Rising(const Segment& s) {
+    const DF d;
+    // One along which the scalar stays the same counts as one that rises by this much.
+    const VF least = hn::Set(d, 1.25e-7F);
+    const VF half = hn::Max(hn::Abs(s.half), least);
+    lo = hn::Sub(s.mean, half);
+    hi = hn::Add(s.mean, half);
+    twice_rate = hn::Mul(s.length, reciprocal(half));
+    up = hn::Ge(s.half, hn::Zero(d));
+    sign = hn::CopySign(hn::Set(d, 1.0F), s.half);
+  }
+};
+
+// The part of a thin segment between two values, in one piece of the transfer function. With f the light at the low end
+// of the part and f' at its high end, the part's opacity times its light is |f' - f|; where the scalar falls along the
+// ray, light is counted from the far end and grows. Returns f'.
+HWY_INLINE VF part(const Rising& r, const PieceV& piece, VF anchor, VF from, VF to, VF f, VF& opacity, VF& tint) {
+  const DF d;
+  const VF half = hn::Mul(hn::Sub(to, from), hn::Set(d, 0.5F));
+  const VF mean = hn::Sub(hn::Add(from, half), anchor);
+  const VF length = hn::Mul(r.twice_rate, half);
+  const VF depth = hn::Mul(length, hn::MulAdd(piece.extinction_slope, mean, piece.extinction));
+  const VF growth = hn::Mul(hn::Mul(length, piece.extinction_slope), hn::Add(half, half));
+  const VF signed_depth = hn::Mul(depth, r.sign);
+  const VF after = hn::NegMulAdd(f, thinAlpha(signed_depth), f);
+  opacity = hn::Abs(hn::Sub(f, after));
+  const VF light = hn::IfThenElse(r.up, f, after);
+  tint = hn::MulAdd(mean, opacity, hn::Mul(hn::Mul(light, half), thinSkew(depth, signed_depth, growth)));
+  return after;
+}
+
+// Blends a segment whose parts have been gathered from low to high: counted from the far end, f has grown to 1 / (the
+// light that comes through).
+HWY_INLINE void finish(const Rising& r, VF f, VF red, VF green, VF blue, std::size_t first, Pixels& pixels) {
+  const DF d;
+  const VF inverse = reciprocal(f);
+  const VF light = hn::Load(d, pixels.light.data() + first);
+  const VF scale = hn::IfThenElse(r.up, light, hn::Mul(light, inverse));
+  const auto add = [&](auto& channel, VF value) HWY_ATTR {
+    float* p = channel.data() + first;
+    hn::Store(hn::MulAdd(scale, value, hn::Load(d, p)), d, p);
+  };
+  add(pixels.red, red);
+  add(pixels.green, green);
+  add(pixels.blue, blue);
+  hn::Store(hn::Mul(light, hn::IfThenElse(r.up, f, inverse)), d, pixels.light.data() + first);
+}
+
+// A thin fragment of a cell that reaches over two pieces: both parts at once, no branches.
 template <bool Parallel>
 class Shader<Parallel, Care::cut> {
+ public:
+  HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
+      : low_(view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]),
+        high_(view.screen->pieces()[static_cast<std::size_t>(batch.last_piece[i])]),
+        cut_(hn::Set(DF(), view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])].end)),
+        low_anchor_(hn::Set(DF(), view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])].anchor)),
+        high_anchor_(hn::Set(DF(), view.screen->pieces()[static_cast<std::size_t>(batch.last_piece[i])].anchor)),
+        rays_(view, batch, i, 0.0F) {}
+
+  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
+    const DF d;
+    const Rising r(rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first)));
+    const VF cut = hn::Max(r.lo, hn::Min(r.hi, cut_));
+    VF a0, t0, a1, t1;
+    VF f = part(r, low_, low_anchor_, r.lo, cut, hn::Set(d, 1.0F), a0, t0);
+    f = part(r, high_, high_anchor_, cut, r.hi, f, a1, t1);
+    const auto mix = [&](VF b0, VF s0, VF b1, VF s1) HWY_ATTR {
+      return hn::MulAdd(b0, a0, hn::MulAdd(s0, t0, hn::MulAdd(b1, a1, hn::Mul(s1, t1))));
+    };
+    finish(r, f, mix(low_.red, low_.red_slope, high_.red, high_.red_slope),
+           mix(low_.green, low_.green_slope, high_.green, high_.green_slope),
+           mix(low_.blue, low_.blue_slope, high_.blue, high_.blue_slope), first, pixels);
+  }
+
+ private:
+  PieceV low_, high_;
+  VF cut_, low_anchor_, high_anchor_;
+  Rays<Parallel> rays_;
+};
+
+// A thin fragment of a cell that reaches over several pieces.
+template <bool Parallel>
+class Shader<Parallel, Care::cuts> {
  public:
   HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
       : pieces_(view.screen->pieces().data()),
@@ -147,54 +230,25 @@ class Shader<Parallel, Care::cut> {
 
   HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
     const DF d;
-    // A segment along which the scalar stays the same counts as one that rises by this much.
-    constexpr float least_change = 2.5e-7F;
-    const VF one = hn::Set(d, 1.0F);
     const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
-    const VF back = hn::Add(s.front, s.change);
-    const VF lo = hn::Min(s.front, back);
-    const VF hi = hn::Max(hn::Max(s.front, back), hn::Add(lo, hn::Set(d, least_change)));
-    const VF rate = hn::Mul(s.length, reciprocal(hn::Sub(hi, lo)));
-    const auto up = hn::Ge(s.change, hn::Zero(d));
-    const VF sign = hn::CopySign(one, s.change);
+    const Rising r(s);
     VF red = hn::Zero(d), green = hn::Zero(d), blue = hn::Zero(d);
-    VF f = one;
-    VF from = lo;
+    VF f = hn::Set(d, 1.0F);
+    VF from = r.lo;
     for (std::int32_t k = first_; k <= last_; ++k) {
       // The outermost pieces take whatever rounding has left over.
-      VF to = hi;
-      if (k < last_) to = hn::Max(lo, hn::Min(hi, hn::Set(d, pieces_[k].end)));
-      const VF half = hn::Mul(hn::Sub(to, from), hn::Set(d, 0.5F));
+      VF to = r.hi;
+      if (k < last_) to = hn::Max(r.lo, hn::Min(r.hi, hn::Set(d, pieces_[k].end)));
       if (hn::AllTrue(d, hn::Eq(from, to))) continue;
       const PieceV piece(pieces_[k]);
-      const VF mean = hn::Sub(hn::Add(from, half), hn::Set(d, pieces_[k].anchor));
+      VF a, t;
+      f = part(r, piece, hn::Set(d, pieces_[k].anchor), from, to, f, a, t);
       from = to;
-      const VF half_length = hn::Mul(rate, half);
-      const VF length = hn::Add(half_length, half_length);
-      const VF depth = hn::Mul(length, hn::MulAdd(piece.extinction_slope, mean, piece.extinction));
-      const VF growth = hn::Mul(hn::Mul(length, piece.extinction_slope), hn::Add(half, half));
-      const VF signed_depth = hn::Mul(depth, sign);
-      const VF after = hn::NegMulAdd(f, thinAlpha(signed_depth), f);
-      const VF a = hn::Abs(hn::Sub(f, after));
-      const VF light = hn::IfThenElse(up, f, after);
-      f = after;
-      const VF t = hn::MulAdd(mean, a, hn::Mul(hn::Mul(light, half), thinSkewRising(depth, signed_depth, growth)));
       red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, t, red));
       green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, t, green));
       blue = hn::MulAdd(piece.blue, a, hn::MulAdd(piece.blue_slope, t, blue));
     }
-    // Counted from the far end, f has grown to 1 / (the light that comes through).
-    const VF inverse = reciprocal(f);
-    const VF light = hn::Load(d, pixels.light.data() + first);
-    const VF scale = hn::IfThenElse(up, light, hn::Mul(light, inverse));
-    const auto add = [&](auto& channel, VF value) HWY_ATTR {
-      float* p = channel.data() + first;
-      hn::Store(hn::MulAdd(scale, value, hn::Load(d, p)), d, p);
-    };
-    add(pixels.red, red);
-    add(pixels.green, green);
-    add(pixels.blue, blue);
-    hn::Store(hn::Mul(light, hn::IfThenElse(up, f, inverse)), d, pixels.light.data() + first);
+    finish(r, f, red, green, blue, first, pixels);
   }
 
  private:
@@ -217,23 +271,23 @@ class Shader<Parallel, Care::full> {
 
   HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
     const DF d;
-    Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
-    const VF back = hn::Clamp(hn::Add(s.front, s.change), lo_, hi_);
-    s.front = hn::Clamp(s.front, lo_, hi_);
-    s.change = hn::Sub(back, s.front);
+    const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
+    const VF front = hn::Clamp(hn::Sub(s.mean, s.half), lo_, hi_);
+    const VF back = hn::Clamp(hn::Add(s.mean, s.half), lo_, hi_);
+    const VF whole_change = hn::Sub(back, front);
     VF red = hn::Zero(d), green = hn::Zero(d), blue = hn::Zero(d);
     VF clear = hn::Set(d, 1.0F);
-    const auto up = hn::Ge(s.change, hn::Zero(d));
-    const auto flat = hn::Eq(s.change, hn::Zero(d));
-    const VF per_change = hn::Div(hn::Set(d, 1.0F), s.change);
+    const auto up = hn::Ge(whole_change, hn::Zero(d));
+    const auto flat = hn::Eq(whole_change, hn::Zero(d));
+    const VF per_change = hn::Div(hn::Set(d, 1.0F), whole_change);
     for (std::int32_t k = first_; k <= last_; ++k) {
       // The part of the segment in piece k; the outermost pieces take whatever rounding has left over.
       const VF begin = hn::Set(d, k == first_ ? -std::numeric_limits<float>::max() : pieces_[k - 1].end);
       const VF end = hn::Set(d, k == last_ ? std::numeric_limits<float>::max() : pieces_[k].end);
-      const VF from = hn::Clamp(s.front, begin, end);
+      const VF from = hn::Clamp(front, begin, end);
       const VF to = hn::Clamp(back, begin, end);
       const VF change = hn::Sub(to, from);
-      const auto here = hn::And(hn::Ge(s.front, begin), hn::Lt(s.front, end));
+      const auto here = hn::And(hn::Ge(front, begin), hn::Lt(front, end));
       const VF share = hn::IfThenElse(flat, hn::IfThenElseZero(here, hn::Set(d, 1.0F)), hn::Mul(change, per_change));
       if (hn::AllTrue(d, hn::Eq(share, hn::Zero(d)))) continue;
       const PieceV piece(pieces_[k]);
