@@ -14,9 +14,12 @@ namespace spillikin::sort {
 namespace {
 
 constexpr std::uint32_t unset = 0xFFFFFFFFU;
-constexpr std::uint32_t most_roots = 4096;  // nodes from which a round looks for cycles
-constexpr std::size_t most_failures = 32;   // cycles that a round finds no cut for
-constexpr std::size_t longest_cycle = 16;   // of which all face planes are tried
+constexpr std::uint32_t most_roots = 16384;  // nodes from which a round looks for cycles
+constexpr std::size_t most_failures = 32;    // cycles that a round finds no cut for
+// A component of more pieces than this is cut in so many rounds at most, then sorted by depth.
+constexpr std::size_t large_component = 2048, most_large_rounds = 24;
+constexpr std::size_t short_reach = 48;    // nodes looked at for a short cycle
+constexpr std::size_t longest_cycle = 16;  // of which all face planes are tried
 
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -75,6 +78,7 @@ bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) 
   constexpr double rounding = 1e-14;  // of coordinates, through a plane's offset
   tolerance_ = std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
   cuts_left_ = most_cuts * component.size() + 16;
+  large_rounds_ = 0;
   faceEdges(component);
   if (gaps_ != nullptr) gapEdges(component);
   Edges edges(edges_.size());
@@ -132,6 +136,10 @@ bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
         if (edges_[e].from == nodes[i]) f(local_[edges_[e].to]);
       }
     });
+    if (components.size() == 1 && nodes.size() > large_component && ++large_rounds_ > most_large_rounds) {
+      emitByDepth(nodes, order);
+      return false;
+    }
     if (components.size() == 1 && nodes.size() > 1) {
       right = cutSome(nodes, edges) && right;
       continue;
@@ -182,9 +190,17 @@ bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
   std::vector<std::uint8_t> blocked(count, 0);
   std::vector<Edges> uncut;
   bool any = false;
-  for (std::uint32_t root = 0; root < count && uncut.size() < most_failures; root += step) {
+  // Most cycles are short; the search from a node that is on no short one ends early, unless it is all there is.
+  std::size_t reach = count <= short_reach ? count : short_reach;
+  for (std::uint32_t root = 0; uncut.size() < most_failures; root += step) {
+    if (root >= count) {
+      if (any || !uncut.empty() || reach >= count) break;
+      reach *= 8;
+      root = 0;
+    }
     if (blocked[root] != 0) continue;
-    Edges cycle = shortestCycle(nodes, root);
+    Edges cycle = shortestCycle(nodes, root, reach);
+    if (cycle.empty()) continue;
     if (std::any_of(cycle.begin(), cycle.end(),
                     [&](std::uint32_t e) { return blocked[local_[edges_[e].from]] != 0; })) {
       continue;
@@ -251,12 +267,13 @@ void CycleCutter::dropLeast(const Edges& cycle) {
   edges_[least].exit.clear();
 }
 
-// Breadth first from a node: the edges of a shortest way back to it, in their direction.
-CycleCutter::Edges CycleCutter::shortestCycle(const Nodes& nodes, std::uint32_t root) {
+// Breadth first from a node over at most `reach` nodes: the edges of a shortest way back to it, in their direction, or
+// none.
+CycleCutter::Edges CycleCutter::shortestCycle(const Nodes& nodes, std::uint32_t root, std::size_t reach) {
   came_by_.resize(std::max(came_by_.size(), nodes.size()), unset);
   std::vector<std::uint32_t> queue{root};
   std::uint32_t closing = unset;
-  for (std::size_t head = 0; head < queue.size() && closing == unset; ++head) {
+  for (std::size_t head = 0; head < std::min(queue.size(), reach) && closing == unset; ++head) {
     for (const std::uint32_t e : incident_[queue[head]]) {
       if (edges_[e].from != nodes[queue[head]]) continue;
       const std::uint32_t to = local_[edges_[e].to];
@@ -441,6 +458,22 @@ void CycleCutter::cut(const Choice& choice, const Edges& at_piece, Nodes& nodes,
     edges.push_back(static_cast<std::uint32_t>(edges_.size()));
     edges_.push_back({far, near, polygon, {}});
   }
+}
+
+void CycleCutter::emitByDepth(const Nodes& nodes, Order& order) const {
+  std::vector<std::pair<double, std::uint32_t>> keyed;  // nearness along the line of sight, node
+  for (const std::uint32_t node : nodes) {
+    Vec3 mean(0.0);
+    const auto vertices = mesh_.vertices(pieces_[node].cell);
+    for (const mesh::Id v : vertices)
+      mean += mesh_.points[v];
+    mean /= static_cast<double>(vertices.size());
+    const Vec3 away = mean - Vec3(viewpoint_);
+    keyed.emplace_back(viewpoint_.w == 0.0 ? dot(mean, Vec3(viewpoint_)) : -dot(away, away), node);
+  }
+  std::sort(keyed.begin(), keyed.end());
+  for (const auto& [nearness, node] : keyed)
+    emit(node, order);
 }
 
 void CycleCutter::emit(std::uint32_t node, Order& order) const {

@@ -27,7 +27,8 @@ class CycleCutter {
 
   // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, as for
   // cells that overlap, or after `most_cuts` per cell: it then ignores the relation of a cycle that is seen through the
-  // smallest window, one after the other, until there is an order.
+  // smallest window, one after the other, until there is an order; thousands of cells that stay cyclic are sorted by
+  // depth.
   bool operator()(std::span<const mesh::Id> component, Order& order);
 
   static constexpr double thin = 1e-9;
@@ -66,12 +67,13 @@ class CycleCutter {
   Choice chooseCut(const Edges& cycle) const;
   void indexNodes(const Nodes& nodes, const Edges& edges);
   bool cutSome(Nodes& nodes, Edges& edges);
-  Edges shortestCycle(const Nodes& nodes, std::uint32_t root);
+  Edges shortestCycle(const Nodes& nodes, std::uint32_t root, std::size_t reach);
   void facePlanes(mesh::Id cell, std::vector<Plane>& out) const;
   void eyePlanes(const Polygon& polygon, std::vector<Plane>& out) const;
   Choice chooseCut(const Edges& cycle, const std::vector<Plane>& planes) const;
   void cut(const Choice& choice, const Edges& at_piece, Nodes& nodes, Edges& edges);
   void emit(std::uint32_t node, Order& order) const;
+  void emitByDepth(const Nodes& nodes, Order& order) const;
   Polygon clip(const Polygon& polygon, const HalfSpace& half) const;
   int side(const Polygon& polygon, const HalfSpace& half) const;
   std::vector<Polygon> section(const Piece& piece, const HalfSpace& half) const;
@@ -82,6 +84,7 @@ class CycleCutter {
   const Gaps* gaps_;
   double tolerance_ = 0.0;  // world units
   std::size_t cuts_left_ = 0;
+  std::size_t large_rounds_ = 0;
   std::vector<Piece> pieces_;
   std::vector<Edge> edges_;
   // Of the nodes in hand, by their place among them:

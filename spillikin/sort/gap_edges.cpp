@@ -81,10 +81,11 @@ std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {
 bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const {
   const Triangle a = tree_.corners(exit), b = tree_.corners(entry);
   const int s = sign(exit), t = sign(entry);
-  if (!projectionsOverlap(a, s, b, t, viewpoint)) return false;
+  // First what is cheap and leaves out most.
+  if (!seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)))) return false;
   const bool one_face = partner_[exit] != mesh::none && partner_[exit] == partner_[entry];
   if (!one_face && nearer(a, s, b, t, viewpoint) < 0) return false;
-  return seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)));
+  return projectionsOverlap(a, s, b, t, viewpoint);
 }
 
 void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {

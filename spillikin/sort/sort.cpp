@@ -23,6 +23,13 @@ constexpr std::array<std::pair<Algorithm, const char*>, 10> names{{{Algorithm::a
                                                                    {Algorithm::centroid, "centroid"},
                                                                    {Algorithm::none, "none"}}};
 
+// The cheapest that is exact for this mesh from every viewpoint.
+std::unique_ptr<Sorter> automatic(const mesh::Mesh& mesh) {
+  Convexity found = convexity(mesh, exteriorTriangles(mesh));
+  if (found.convex) return std::make_unique<Mpvo>(mesh, std::move(found));
+  return std::make_unique<Xmpvo>(mesh);
+}
+
 }  // namespace
 
 const char* name(Algorithm algorithm) {
@@ -42,6 +49,7 @@ Algorithm algorithm(std::string_view name) {
 std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) {
   switch (algorithm) {
     case Algorithm::automatic:
+      return automatic(mesh);
     case Algorithm::mpvo:
       return std::make_unique<Mpvo>(mesh);
     case Algorithm::xmpvo:

@@ -9,7 +9,44 @@ namespace spillikin::sort {
 namespace {
 
 using mesh::orient3d;
-using mesh::orientViewpoint;
+
+// A difference that double holds exactly, as between coordinates that were once floats.
+bool exactDifference(double a, double b, double& d) {
+  d = a - b;
+  const double bb = a - d;
+  return (a - (d + bb)) + (bb - b) == 0.0;
+}
+
+// The sign of p q - r s: rounding keeps order, and where the rounded products are equal their errors decide.
+int sign2(double p, double q, double r, double s) {
+  const double left = p * q, right = r * s;
+  if (left != right) return left > right ? 1 : -1;
+  const double l = std::fma(p, q, -left), r_error = std::fma(r, s, -right);
+  return l > r_error ? 1 : l < r_error ? -1 : 0;
+}
+
+// Coordinates whose products neither overflow nor lose their errors to underflow.
+bool moderate(double a) {
+  return a == 0.0 || (std::abs(a) > 1e-100 && std::abs(a) < 1e100);
+}
+
+// mesh::orientViewpoint, with a shortcut for parallel views along an axis: there whole sheets of points lie behind one
+// another, and the two-dimensional determinant is exact at once.
+int orientViewpoint(const Vec3& a, const Vec3& b, const Vec3& c, const Viewpoint& v) {
+  if (v.w == 0.0) {
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3, j = (k + 2) % 3;
+      if (v[i] != 0.0 || v[j] != 0.0) continue;
+      double bi, bj, ci, cj;
+      const bool exact = exactDifference(b[i], a[i], bi) && exactDifference(b[j], a[j], bj) &&
+                         exactDifference(c[i], a[i], ci) && exactDifference(c[j], a[j], cj) && moderate(bi) &&
+                         moderate(bj) && moderate(ci) && moderate(cj);
+      if (!exact) break;
+      return sign2(bi, cj, bj, ci) * (v[k] > 0.0 ? 1 : -1);
+    }
+  }
+  return mesh::orientViewpoint(a, b, c, v);
+}
 
 double dot(const Vec3& a, const Vec3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -80,8 +117,11 @@ bool apart(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& v,
     const Vec3 &p = a[k], &q = a[(k + 1) % a.size()];
     const Vec3 e = q - p, sight = v.w == 0.0 ? Vec3(v) : Vec3(v) - p;
     const Vec3 n(e.y * sight.z - e.z * sight.y, e.z * sight.x - e.x * sight.z, e.x * sight.y - e.y * sight.x);
-    const double bound = tolerance * std::sqrt(dot(n, n));
-    if (!(bound > 0.0)) continue;
+    // An edge seen end-on has no plane that rounding leaves in place.
+    constexpr double least_sine = 1e-6;
+    const double length = std::sqrt(dot(n, n));
+    if (!(length > least_sine * std::sqrt(dot(e, e) * dot(sight, sight)))) continue;
+    const double bound = tolerance * length;
     const auto sides = [&](std::span<const Vec3> polygon) {
       bool above = false, below = false;
       for (const Vec3& r : polygon) {
