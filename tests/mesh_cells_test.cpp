@@ -348,12 +348,20 @@ TEST(ConvexPointSets, InnerAndRepeatedPointsDoNotCount) {
   std::vector<Vec3> points = cube;
   points.emplace_back(0.5, 0.5, 0.5);
   points.emplace_back(1, 1, 1);
-  BuildReport report;
-  const Mesh mesh = build(tests::oneCell(vtk_cell::convex_point_set, points), &report);
-  checkInvariants(mesh);
-  EXPECT_STREQ(name(mesh.cell_type[0]), "hexahedron");
-  EXPECT_EQ(mesh.points.size(), 8U);
-  EXPECT_DOUBLE_EQ(volume(mesh), 1.0);
+  for (const double t : {0.0, 0.25, 0.5, 1.0}) {
+    points.emplace_back(t, 0, 0);
+    points.emplace_back(1, 0.5, t);
+    points.emplace_back(0.5, t, 1);
+  }
+  std::mt19937_64 random(33);
+  for (int i = 0; i < 50; ++i) {
+    std::shuffle(points.begin(), points.end(), random);
+    const Mesh mesh = build(tests::oneCell(vtk_cell::convex_point_set, points));
+    checkInvariants(mesh);
+    ASSERT_STREQ(name(mesh.cell_type[0]), "hexahedron") << "shuffle " << i;
+    ASSERT_EQ(mesh.points.size(), 8U);
+    ASSERT_DOUBLE_EQ(volume(mesh), 1.0);
+  }
 }
 
 TEST(ConvexPointSets, FlatOnesAreDropped) {

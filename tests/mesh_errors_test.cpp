@@ -170,6 +170,8 @@ TEST(BuildErrors, NoCellToDraw) {
   Source hidden = grid();
   hidden.left_out.assign(8, 1);
   expectHas(buildMessage(hidden), "8 are ghost or hidden");
+  hidden.left_out.pop_back();
+  expectHas(buildMessage(hidden), "grid.vtu: 8 cells but 7 marks");
 }
 
 TEST(BuildErrors, OverlappingCellsAreAWarning) {

@@ -107,6 +107,10 @@ class Builder {
       throw Error(fmt::format("{}: {} cells but {} offsets into {} ids; the file is damaged, write it again",
                               sourceName(source_), n, source_.offsets.size(), source_.connectivity.size()));
     }
+    if (!source_.left_out.empty() && source_.left_out.size() != n) {
+      throw Error(fmt::format("{}: {} cells but {} marks of ghost or hidden ones; the file is damaged, write it again",
+                              sourceName(source_), n, source_.left_out.size()));
+    }
     if (n >= none || source_.points.size() >= none) {
       throw Error(fmt::format("{}: {} cells and {} points, more than 32-bit ids can count; take a part of the mesh",
                               sourceName(source_), n, source_.points.size()));

@@ -66,6 +66,19 @@ std::vector<Id> outline(const std::vector<std::array<Id, 3>>& region) {
   return polygon;
 }
 
+// Drops corners on the line of their neighbours: points of the set on an edge of the hull, in both faces there.
+void dropStraightCorners(const PointPool& pool, std::vector<Id>& polygon) {
+  const auto point = [&](std::size_t k) {
+    const Vec3& p = pool[polygon[k % polygon.size()]];
+    return Point(p.x, p.y, p.z);
+  };
+  std::vector<Id> corners;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    if (!CGAL::collinear(point(k + polygon.size() - 1), point(k), point(k + 1))) corners.push_back(polygon[k]);
+  }
+  polygon.swap(corners);
+}
+
 }  // namespace
 
 Polygons convexHull(const PointPool& pool, std::span<const std::uint32_t> points) {
@@ -86,7 +99,9 @@ Polygons convexHull(const PointPool& pool, std::span<const std::uint32_t> points
       done[j] = true;
       region.push_back(u);
     }
-    polygons.add(outline(region));
+    std::vector<Id> polygon = outline(region);
+    dropStraightCorners(pool, polygon);
+    polygons.add(polygon);
   }
   return polygons;
 }
