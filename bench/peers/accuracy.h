@@ -1,0 +1,22 @@
+// What VTK's mappers miss the truth by, on the views on which Spillikin is judged.
+#pragma once
+
+#include <string>
+
+#include "bench/peers/subjects.h"
+
+namespace spillikin::bench {
+
+struct AccuracyOptions {
+  int size = 128;
+  double limit_seconds = 60.0;
+  std::size_t most_cells = 250'000;  // larger meshes are left out, by name
+};
+
+// Rows of a Markdown table for one subject: each mapper and Spillikin against the reference, by transfer function.
+std::string accuracyRows(const Subject& subject, const AccuracyOptions& options);
+
+// The heading, with the table's first lines.
+std::string accuracyHeading(const AccuracyOptions& options);
+
+}  // namespace spillikin::bench
