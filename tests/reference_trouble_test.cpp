@@ -59,6 +59,23 @@ TEST(ReferenceTrouble, NoFalseAlarms) {
   EXPECT_EQ(report.gaps, 0U);
 }
 
+// What lies behind the eye is not looked at, and its absence is no gap.
+TEST(ReferenceTrouble, NoFalseAlarmsFromInside) {
+  const Scene random(delaunayCube(2000, 8)), grid(hexahedronGrid(8));
+  for (int n = 0; n < 6; ++n) {
+    const Vec3 eye(0.31 + 0.07 * n, 0.5, 0.43);
+    for (const bool in_grid : {false, true}) {
+      View view = lookAt(in_grid ? 8.0 * eye : eye, in_grid ? Vec3(4.0, 3.0, 0.0) : Vec3(0.5, 0.4, 0.0), 40, 40);
+      view.view_angle = 100.0;
+      Report report;
+      (in_grid ? grid : random).caster.render(view, constantMedium(1.0), {}, &report);
+      EXPECT_GT(report.intervals, 1600U);
+      EXPECT_EQ(report.gaps, 0U);
+      EXPECT_EQ(report.overlaps, 0U);
+    }
+  }
+}
+
 TEST(ReferenceTrouble, HiddenCellsAreNotThere) {
   mesh::Source source = hexahedronGrid(3);
   source.arrays.clear();

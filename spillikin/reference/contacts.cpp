@@ -26,7 +26,7 @@ bool meets(std::span<const Span> spans, std::size_t n, mesh::Id neighbour, doubl
 }  // namespace
 
 void checkContacts(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidden, std::span<const Span> spans,
-                   double tolerance, Contacts& out) {
+                   double from, double tolerance, Contacts& out) {
   std::size_t last = 0;  // the span that leaves last so far
   for (std::size_t n = 0; n < spans.size(); ++n) {
     if (n > 0 && spans[n].enter < spans[last].leave - tolerance && spans[n].leave > spans[n].enter + tolerance) {
@@ -36,7 +36,7 @@ void checkContacts(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidd
       if (out.pairs.size() < Contacts::most_pairs && !known(out, pair)) out.pairs.push_back(pair);
     }
     if (n == 0 || spans[n].leave > spans[last].leave) last = n;
-    if (spans[n].leave_face == mesh::none) continue;
+    if (spans[n].leave_face == mesh::none || spans[n].leave < from) continue;
     const std::array<mesh::Id, 2> sides = mesh.cells(spans[n].leave_face);
     const mesh::Id neighbour = sides[0] == spans[n].cell ? sides[1] : sides[0];
     if (neighbour == mesh::none || (!hidden.empty() && hidden[neighbour] != 0)) continue;

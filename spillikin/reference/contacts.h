@@ -25,8 +25,9 @@ struct Contacts {
 };
 
 // `spans` sorted by enter. An overlap is a span that enters before all those in front of it have left; a gap, a span
-// that leaves by a face of a drawn neighbour which does not enter there. Both only beyond `tolerance`, in t.
+// that leaves by a face of a drawn neighbour which does not enter there. Both only beyond `tolerance`, in t. Gaps are
+// looked for from `from` on: in front of it spans may be missing.
 void checkContacts(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidden, std::span<const Span> spans,
-                   double tolerance, Contacts& out);
+                   double from, double tolerance, Contacts& out);
 
 }  // namespace spillikin::reference

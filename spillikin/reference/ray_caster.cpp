@@ -191,6 +191,7 @@ void RayCaster::Impl::castRow(const Rays& rays, int y, const TransferFunction& t
                               Row& row) const {
   Scratch& s = scratch.local();
   const bool eye = !rays.view().parallel();
+  const double from = eye ? 0.0 : -std::numeric_limits<double>::infinity();
   for (int x = 0; x < image.width; ++x) {
     std::array<double, 4> pixel{};
     for (int n = 0; n < options.samples; ++n) {
@@ -198,7 +199,7 @@ void RayCaster::Impl::castRow(const Rays& rays, int y, const TransferFunction& t
       const Ray ray = rays(px, py);
       const Line line = makeLine(ray, options.model);
       collect(ray, line, eye, options.model, s);
-      checkContacts(mesh, field.hidden, s.spans, contactTolerance(line), row.contacts);
+      checkContacts(mesh, field.hidden, s.spans, from, contactTolerance(line), row.contacts);
       row.x.resize(row.contacts.pairs.size(), px);
       row.y.resize(row.contacts.pairs.size(), py);
       row.intervals += s.spans.size();

@@ -41,7 +41,7 @@ struct Report {
 class RayCaster {
  public:
   // Prepares Embree for the mesh; both outlive the caster. Hidden cells are not there. Throws Error when Embree cannot
-  // be had or runs out of memory, and for a field of another mesh. Cost: about a second per million cells; some 200
+  // be had or runs out of memory, and for a field of another mesh. Cost: about a second per million cells; some 90
   // bytes per cell are kept.
   RayCaster(const mesh::Mesh& mesh, const mesh::Field& field);
   ~RayCaster();
