@@ -125,6 +125,31 @@ FaceSigns::FaceSigns(const mesh::Mesh& mesh)
           if (used) plane(row);
         }
       });
+  markInterior();
+}
+
+void FaceSigns::markInterior() {
+  interior_bits_.resize(bits_.size());
+  interior_.resize(bits_.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, end_ / 32, 1024),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t row = 32 * range.begin(); row < 32 * range.end(); ++row) {
+                        const bool triangle = row < triangles_;
+                        const bool quad = row >= whole_ && row - whole_ < mesh_.quad_count();
+                        const bool inner = (triangle && mesh_.triangle_cells[row][1] != mesh::none) ||
+                                           (quad && mesh_.quad_cells[row - whole_][1] != mesh::none);
+                        interior_[row / 32] |= std::uint64_t{inner ? 3U : 0U} << (2 * (row % 32));
+                      }
+                    });
+}
+
+void FaceSigns::keepInterior() {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bits_.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                        interior_bits_[i] = bits_[i] & interior_[i];
+                      }
+                    });
 }
 
 std::array<mesh::Id, 3> FaceSigns::corners(std::size_t row) const {
@@ -247,6 +272,7 @@ void FaceSigns::operator()(const Viewpoint& viewpoint) {
                     });
   exact_calls_ = exact_calls.load();
   joinHalves(viewpoint);
+  keepInterior();
 }
 
 void FaceSigns::joinHalves(const Viewpoint& viewpoint) {
@@ -280,7 +306,8 @@ unsigned FaceSigns::seenHalves(std::size_t quad, const Viewpoint& viewpoint) con
 }
 
 std::size_t FaceSigns::bytes() const {
-  return 4 * x_.capacity() * sizeof(float) + bits_.capacity() * sizeof(std::uint64_t) +
+  return 4 * x_.capacity() * sizeof(float) +
+         (bits_.capacity() + interior_bits_.capacity() + interior_.capacity()) * sizeof(std::uint64_t) +
          problems_.capacity() * sizeof(mesh::Id);
 }
 

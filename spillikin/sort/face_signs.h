@@ -39,7 +39,8 @@ class FaceSigns {
   // The viewpoint's side of a row: 1 where the normal points to, -1 the other, 0 edge-on.
   int sign(std::size_t row) const { return static_cast<int>(bit(2 * row)) - static_cast<int>(bit(2 * row + 1)); }
 
-  const std::uint64_t* bits() const { return bits_.data(); }
+  // The bits of interior faces alone: an exterior face orders nothing by itself.
+  const std::uint64_t* interiorBits() const { return interior_bits_.data(); }
   // What to add to a quadrilateral face's id to get its row as a whole.
   std::size_t quadShift() const { return whole_ - triangles_; }
 
@@ -52,6 +53,8 @@ class FaceSigns {
   void plane(std::size_t row);
   void fixUndecided(std::size_t word, std::uint64_t undecided, const Viewpoint& viewpoint, std::uint64_t& pos,
                     std::uint64_t& neg) const;
+  void markInterior();
+  void keepInterior();
   void joinHalves(const Viewpoint& viewpoint);
   unsigned seenHalves(std::size_t quad, const Viewpoint& viewpoint) const;
 
@@ -61,7 +64,8 @@ class FaceSigns {
   Vec3 origin_{0.0};
   int exponent_ = 0;  // local = (world - origin) * 2^exponent lies in [-1, 1]
   std::vector<float> x_, y_, z_, w_;
-  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint64_t> bits_, interior_bits_;
+  std::vector<std::uint64_t> interior_;  // bit per row
   std::vector<mesh::Id> problems_;
   std::size_t exact_calls_ = 0;
 };

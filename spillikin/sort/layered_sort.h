@@ -27,8 +27,9 @@ struct ExtraEdges {
 // layers are worked off in parallel and listed by ascending id, small ones serially: the order depends on the mesh and
 // the signs, never on the number of threads.
 //
-// Keeps for each way of a cell to a face the cell behind it (16 bytes for a tetrahedron) and per cell a count and the
-// bits of its outgoing edges. The mesh must outlive it.
+// Kept: for each way of a cell to a face the cell behind it (16 bytes for a tetrahedron), and what changes with the
+// view: for a tetrahedron one byte, which holds the count of what must come before it and which neighbours come after,
+// so that the queue's random accesses of a million cells fit into a core's own cache. The mesh must outlive it.
 class LayeredSort {
  public:
   explicit LayeredSort(const mesh::Mesh& mesh);
@@ -37,10 +38,16 @@ class LayeredSort {
   // some are in or behind a cycle; those have left() true.
   std::size_t operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra = nullptr);
 
-  bool left(mesh::Id cell) const { return count_[cell] != 0; }
+  bool left(mesh::Id cell) const { return (tetrahedral_ ? state_[cell] & count_mask : count_[cell]) != 0; }
   // Calls f(successor) for every cell that must come after this one, by a face of it.
   template <class F>
   void forEachAfter(mesh::Id cell, F&& f) const {
+    if (tetrahedral_) {
+      for (unsigned k = 0; k < 4; ++k) {
+        if ((state_[cell] & (first_after << k)) != 0) f(neighbour_[4 * std::size_t{cell} + k]);
+      }
+      return;
+    }
     for (std::size_t k = mesh_.cell_face_offset[cell]; k < mesh_.cell_face_offset[cell + 1]; ++k) {
       if (((after_[k >> 6] >> (k & 63U)) & 1U) != 0) f(neighbour_[k]);
     }
@@ -48,18 +55,31 @@ class LayeredSort {
   std::size_t bytes() const;
 
  private:
-  void countEdges(const FaceSigns& signs, const ExtraEdges* extra);
-  template <bool parallel, class Emit>
+  static constexpr unsigned count_mask = 0x0F, first_after = 0x10;
+
+  void countTetrahedra(const FaceSigns& signs);
+  void countCells(const FaceSigns& signs);
+  void countExtra(const ExtraEdges& extra);
+  void firstLayer(Order& order);
+  template <bool tetrahedral, bool parallel, class Emit>
   void release(mesh::Id cell, const ExtraEdges* extra, const Emit& emit);
+  template <bool tetrahedral>
+  void workOff(const ExtraEdges* extra, Order& order);
+  template <bool tetrahedral>
   void serialLayer(std::size_t begin, std::size_t end, const ExtraEdges* extra, Order& order);
+  template <bool tetrahedral>
   void parallelLayer(std::size_t begin, std::size_t end, const ExtraEdges* extra, Order& order);
+  template <bool tetrahedral>
+  void prefetchRow(mesh::Id cell) const;
   void appendMarked(Order& order);
 
   const mesh::Mesh& mesh_;
   bool tetrahedral_ = false;
+  std::size_t listed_ = 0;                  // cells in the order so far
   std::vector<mesh::Id> neighbour_;         // beside mesh.cell_face: the cell behind the face, or none
-  std::vector<std::uint64_t> after_;        // bit k: the cell at neighbour_[k] comes after
-  std::vector<std::uint16_t> count_;        // per cell: faces across which another must come first, and 1 for extras
+  std::vector<std::uint8_t> state_;         // tetrahedra: bits 0-3 the count, 4-7 the neighbours that come after
+  std::vector<std::uint64_t> after_;        // other cells: bit k, the cell at neighbour_[k] comes after
+  std::vector<std::uint16_t> count_;        // other cells: faces across which another must come first, 1 for extras
   std::vector<std::uint32_t> extra_count_;  // per cell, only with extra edges
   std::vector<std::uint64_t> marked_;       // bit per cell: belongs to the next layer
   std::vector<std::uint32_t> block_count_;  // of marked bits
