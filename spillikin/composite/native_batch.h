@@ -1,10 +1,13 @@
 // A few dozen tetrahedra as the rasterizing loop wants them: structure of arrays, coordinates relative to the tile.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "spillikin/composite/native_pixels.h"
+#include "spillikin/composite/native_screen.h"
 
 namespace spillikin::composite::native {
 
@@ -16,6 +19,27 @@ inline constexpr float thin_depth = 0.125F;
 // How a cell is shaded: by a short series, the whole cell in one piece of the transfer function; the same cut at the
 // one or the several places where pieces meet; or with the scalar kept within the cell's range and at any depth.
 enum class Care : std::int32_t { none, cut, cuts, full };
+
+// What a cell shows of the transfer function: its pieces first .. last, over the scalar's range.
+struct Look {
+  const Piece* pieces = nullptr;
+  std::int32_t first = 0, last = 0;
+  float lo = 0.0F, hi = 0.0F;
+
+  // How a cell of at most this length along a ray is to be shaded; `steady` as long as rounding does not move the
+  // scalar out of its range.
+  Care care(float length, bool steady) const {
+    float most = 0.0F;
+    for (std::int32_t k = first; k <= last; ++k) {
+      const Piece& p = pieces[k];
+      const float from = k == first ? lo : pieces[k - 1].end;
+      const float to = k == last ? hi : p.end;
+      most = std::max(most, p.extinction + p.extinction_slope * (from - p.anchor));
+      most = std::max(most, p.extinction + p.extinction_slope * (to - p.anchor));
+    }
+    return steady && most * length < thin_depth ? static_cast<Care>(std::min(last - first, 2)) : Care::full;
+  }
+};
 
 struct CellBatch {
   template <class T>
@@ -39,6 +63,8 @@ struct CellBatch {
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
   alignas(64) PerCell<Care> care;
 
+  Look look(const Piece* pieces, std::size_t i) const { return {pieces, first_piece[i], last_piece[i], lo[i], hi[i]}; }
+
   bool parallel = false;
   float eye_nearness = 0.0F;  // as near as nearness goes in float without overflow
 
@@ -60,6 +86,7 @@ struct Coverage {
 struct KernelScratch {
   CellBatch batch;
   Coverage covered;
+  std::vector<std::uint16_t> left_over;  // pixels that a whole cell could not be painted on (see paintWhole)
 };
 
 }  // namespace spillikin::composite::native

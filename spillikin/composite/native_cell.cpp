@@ -98,8 +98,9 @@ Box CellShape::pixels(const Box& window) const {
 }
 
 void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
-  std::array<mesh::Id, 3> id = corner;
   Triangle t;
+  t.id = corner;
+  std::array<mesh::Id, 3>& id = t.id;
   const auto order = [&](std::size_t i, std::size_t j) {
     if (id[i] > id[j]) {
       std::swap(id[i], id[j]);
@@ -125,9 +126,11 @@ void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
   if (screen_->parallel()) {
     const double w0 = screen_->vertex(id[0]).w;
     t.depth_form = Vec3(w0, screen_->vertex(id[1]).w - w0, screen_->vertex(id[2]).w - w0);
-  } else {
-    t.depth_factor = glm::dot(p[0], glm::cross(p[1] - p[0], p[2] - p[0]));
+    for (std::size_t i = 0; i < 3; ++i)
+      p[i].z = screen_->vertex(id[i]).w;
   }
+  t.normal = glm::cross(p[1] - p[0], p[2] - p[0]);
+  t.level = glm::dot(p[0], t.normal);
   triangles_.push_back(t);
 }
 
@@ -145,7 +148,7 @@ bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
   if (screen_->parallel()) {
     depth = t.depth_form.x + b * t.depth_form.y + c * t.depth_form.z;
   } else {
-    depth = plane != 0.0 ? t.depth_factor / plane : t.lo;
+    depth = plane != 0.0 ? t.level / plane : t.lo;
   }
   out.depth = std::clamp(depth, t.lo, t.hi);
   out.value = t.value[0] + b * (t.value[1] - t.value[0]) + c * (t.value[2] - t.value[0]);

@@ -35,16 +35,20 @@ class CellShape {
   // piece's half-spaces; `out` is overwritten. Depths on a triangle are the same to the bit from both its cells.
   void spans(double x, double y, std::vector<Span>& out);
 
- private:
+  // A boundary triangle, its corners in the order of their ids.
   struct Triangle {
-    // Corners in the order of their ids: the forms e_ab, e_bc, e_ca of (x, y, 1), and the same of the plane.
-    std::array<Vec3, 3> edge;
-    double depth_factor = 0.0;  // depth = depth_factor / plane in perspective
-    Vec3 depth_form{0.0};       // depth = form / plane in a parallel view
-    std::array<double, 3> value{};
-    double lo = 0.0, hi = 0.0;  // depths of the corners
-    bool turned = false;        // outward is against the order of the ids
+    std::array<mesh::Id, 3> id{};
+    std::array<Vec3, 3> edge;       // the forms e_ab, e_bc, e_ca of (x, y, 1)
+    Vec3 normal{0.0};               // of the plane, in screen coordinates (x, y times the depth in perspective)
+    double level = 0.0;             // normal . corner
+    Vec3 depth_form{0.0};           // depth from the corners' shares, in a parallel view
+    std::array<double, 3> value{};  // scalar at the corners
+    double lo = 0.0, hi = 0.0;      // depths of the corners
+    bool turned = false;            // outward is against the order of the ids
   };
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+
+ private:
   struct Crossing {
     double depth = 0.0;
     double value = 0.0;

@@ -15,6 +15,7 @@
 #include "spillikin/composite/native_centres.h"
 #include "spillikin/composite/native_setup-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
+#include "spillikin/composite/native_whole.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace spillikin::composite::native::HWY_NAMESPACE {
@@ -40,6 +41,12 @@ struct FaceOrder {
   }
 };
 constexpr FaceOrder face_order;
+
+HWY_INLINE unsigned maskBits(hn::Mask<DF> mask) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(DF(), mask, bits);
+  return static_cast<unsigned>(bits[0]) | static_cast<unsigned>(bits[1]) << 8U;
+}
 
 template <unsigned Entered, bool Clipped>
 HWY_NOINLINE std::size_t cover(const CellBatch& batch, std::size_t i, const Pixels& pixels, Coverage& out) {
@@ -117,16 +124,47 @@ HWY_INLINE std::size_t coverAny(const CellBatch& batch, std::size_t i, const Pix
   }
 }
 
+// Proves the order on every pixel: a fragment that begins before where the last one ended, up to rounding, is flagged.
+// One that is no longer than that rounding may be where the cell is not (the planes of a flat cell part slowly) and
+// proves nothing.
+class Certificate {
+ public:
+  explicit HWY_INLINE Certificate(const TileView& view)
+      : at_(hn::Set(DF(), view.overlap_at)),
+        slope_(hn::Set(DF(), 1.0F + view.overlap_slope)),
+        solid_at_(hn::Set(DF(), solid_share * view.overlap_at)),
+        solid_slope_(hn::Set(DF(), 1.0F + solid_share * view.overlap_slope)) {}
+
+  HWY_INLINE void check(VF near, VF far, hn::Mask<DF> inside, std::size_t first, Pixels& pixels) const {
+    const DF d;
+    const VF last = hn::Load(d, pixels.last.data() + first);
+    const auto solid = hn::And(inside, hn::Gt(near, hn::MulAdd(far, solid_slope_, solid_at_)));
+    hn::Store(hn::IfThenElse(solid, far, last), d, pixels.last.data() + first);
+    const auto early = hn::And(solid, hn::Gt(near, hn::MulAdd(last, slope_, at_)));
+    if (HWY_UNLIKELY(!hn::AllFalse(d, early))) {
+      pixels.flagged[first / block_pixels] |= static_cast<std::uint16_t>(maskBits(early) << (first % block_pixels));
+    }
+  }
+
+ private:
+  VF at_, slope_, solid_at_, solid_slope_;
+};
+
+HWY_INLINE VF centresX(std::size_t first) {
+  return hn::Load(DF(), centres.x[first / block_pixels % block_columns] + first % block_pixels);
+}
+HWY_INLINE VF centresY(std::size_t first) {
+  return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
+}
+
 template <bool Parallel, Care care>
 HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
                                    std::size_t count, Pixels& pixels) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
-  const Shader<Parallel, care> shader(view, batch, i);
-  const VF overlap_at = hn::Set(d, view.overlap_at);
-  const VF overlap_slope = hn::Set(d, 1.0F + view.overlap_slope);
-  const VF solid_at = hn::Set(d, solid_share * view.overlap_at);
-  const VF solid_slope = hn::Set(d, 1.0F + solid_share * view.overlap_slope);
+  const Shader<care> shader(batch.look(view.screen->pieces().data(), i));
+  const Rays<Parallel> rays(view, batch, i, shader.anchor());
+  const Certificate certificate(view);
   std::size_t fragments = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t first = covered.pixel[k];
@@ -134,22 +172,10 @@ HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch,
     const VF far = hn::Load(d, covered.far + k * lanes);
     const auto inside = hn::Gt(near, far);
     fragments += hn::CountTrue(d, inside);
-    // The certificate: a fragment that begins before where the last one ended, up to rounding. One that is no longer
-    // than that rounding may be where the cell is not (the planes of a flat cell part slowly) and proves nothing.
-    const VF last = hn::Load(d, pixels.last.data() + first);
-    const auto solid = hn::Gt(near, hn::MulAdd(far, solid_slope, solid_at));
-    hn::Store(hn::IfThenElse(solid, far, last), d, pixels.last.data() + first);
-    const auto early = hn::And(solid, hn::Gt(near, hn::MulAdd(last, overlap_slope, overlap_at)));
-    if (HWY_UNLIKELY(!hn::AllFalse(d, early))) {
-      std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(d, early, bits);
-      const unsigned mask = static_cast<unsigned>(bits[0]) | static_cast<unsigned>(bits[1]) << 8U;
-      pixels.flagged[first / block_pixels] |= static_cast<std::uint16_t>(mask << (first % block_pixels));
-    }
-    const std::size_t block = first / block_pixels;
-    const std::size_t lane = first % block_pixels;
-    shader.blend(near, far, inside, hn::Load(d, centres.x[block % block_columns] + lane),
-                 hn::Load(d, centres.y[block / block_columns] + lane), first, pixels);
+    certificate.check(near, far, inside, first, pixels);
+    const Segment segment =
+        rays(near, far, inside, centresX(first), centresY(first), hn::Load(d, pixels.length.data() + first));
+    shader.blend(segment, first, pixels);
   }
   return fragments;
 }
@@ -183,6 +209,140 @@ std::size_t paintBatch(const TileView& view, const CellBatch& batch, std::size_t
     }
   }
   return fragments;
+}
+
+// The segments between the crossings of a whole cell.
+template <bool Parallel, bool Clipped>
+HWY_INLINE Segment between(const TileView& view, VF& near, VF& far, VF front, VF back, hn::Mask<DF>& inside,
+                           std::size_t first, const Pixels& pixels, float anchor) {
+  const DF d;
+  const VF half = hn::Set(d, 0.5F);
+  const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
+  const auto depth = [&](VF z) HWY_ATTR { return Parallel ? hn::Sub(z0, z) : reciprocal(hn::Add(z, z0)); };
+  near = hn::IfThenElse(inside, near, hn::Zero(d));
+  far = hn::IfThenElse(inside, far, hn::Zero(d));
+  if constexpr (Clipped) {
+    const VF whole_near = near;
+    const VF whole_far = far;
+    near = hn::Min(near, hn::Load(d, pixels.clip_near.data() + first));
+    far = hn::Max(far, hn::Load(d, pixels.clip_far.data() + first));
+    inside = hn::And(inside, hn::Gt(near, far));
+    near = hn::IfThenElse(inside, near, hn::Zero(d));
+    far = hn::IfThenElse(inside, far, hn::Zero(d));
+    // The field runs on as if nothing were cut.
+    const VF begin = depth(whole_near);
+    const VF rate = hn::IfThenElseZero(inside, hn::Div(hn::Sub(back, front), hn::Sub(depth(whole_far), begin)));
+    const VF start = front;
+    front = hn::MulAdd(rate, hn::Sub(depth(near), begin), start);
+    back = hn::MulAdd(rate, hn::Sub(depth(far), begin), start);
+  }
+  VF length = hn::Sub(near, far);
+  if constexpr (!Parallel) length = hn::Mul(length, reciprocal(hn::Mul(hn::Add(near, z0), hn::Add(far, z0))));
+  length = hn::IfThenElseZero(inside, hn::Mul(length, hn::Load(d, pixels.length.data() + first)));
+  const VF half_change = hn::IfThenElseZero(inside, hn::Mul(hn::Sub(back, front), half));
+  const VF mean = hn::IfThenElseZero(inside, hn::Add(front, half_change));
+  return {hn::Sub(mean, hn::Set(d, anchor)), half_change, length};
+}
+
+// One vector of rays through a whole cell: every boundary triangle that a ray meets is an entry or an exit.
+struct Crossings {
+  VF near, far, front, back;
+  hn::Mask<DF> enters, leaves, bad;
+};
+
+template <bool Parallel>
+HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
+  const DF d;
+  const auto form = [&](const WholeCell::Form& f) HWY_ATTR {
+    return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
+  };
+  hn::Mask<DF> side[WholeCell::max_edges];
+  for (std::size_t e = 0; e < cell.edge_count; ++e)
+    side[e] = hn::Lt(form(cell.edge[e]), hn::Zero(d));
+  const auto nothing = hn::MaskFromVec(hn::Zero(d));
+  Crossings c{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), nothing, nothing, nothing};
+  for (std::size_t k = 0; k < cell.triangle_count; ++k) {
+    const WholeCell::Triangle& t = cell.triangle[k];
+    const auto ab = side[t.ab], bc = side[t.bc], ac = side[t.ac];
+    const auto negative = hn::And(hn::And(ab, bc), hn::Not(ac));
+    const auto positive = hn::And(ac, hn::Not(hn::Or(ab, bc)));
+    if (hn::AllFalse(d, hn::Or(negative, positive))) continue;
+    const VF z = hn::Clamp(form(t.nearness), hn::Set(d, t.farthest), hn::Set(d, t.nearest));
+    VF s = form(t.scalar);
+    if constexpr (!Parallel) s = hn::Mul(s, reciprocal(hn::Add(z, z0)));
+    s = hn::Clamp(hn::Add(s, hn::Set(d, t.base)), hn::Set(d, t.lo), hn::Set(d, t.hi));
+    const auto leaves = t.turned ? negative : positive;
+    const auto enters = t.turned ? positive : negative;
+    c.bad = hn::Or(c.bad, hn::Or(hn::And(enters, c.enters), hn::And(leaves, c.leaves)));
+    c.enters = hn::Or(c.enters, enters);
+    c.leaves = hn::Or(c.leaves, leaves);
+    c.near = hn::IfThenElse(enters, z, c.near);
+    c.front = hn::IfThenElse(enters, s, c.front);
+    c.far = hn::IfThenElse(leaves, z, c.far);
+    c.back = hn::IfThenElse(leaves, s, c.back);
+  }
+  c.bad = hn::Or(c.bad, hn::Xor(c.enters, c.leaves));
+  return c;
+}
+
+template <bool Parallel, bool Clipped, Care care>
+HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell, Pixels& pixels,
+                                    KernelScratch& scratch) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Shader<care> shader(cell.look);
+  const Certificate certificate(view);
+  const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
+  std::size_t fragments = 0;
+  for (int by = cell.blocks.y0; by < cell.blocks.y1; ++by) {
+    for (int bx = cell.blocks.x0; bx < cell.blocks.x1; ++bx) {
+      for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
+        const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
+        if (pixels.live[first] == 0) continue;
+        const Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        if (HWY_UNLIKELY(!hn::AllFalse(d, c.bad))) {
+          const unsigned bits = maskBits(c.bad);
+          for (std::size_t lane = 0; lane < lanes; ++lane) {
+            if ((bits >> lane & 1U) != 0) scratch.left_over.push_back(static_cast<std::uint16_t>(first + lane));
+          }
+        }
+        auto inside = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));
+        if (hn::AllFalse(d, inside)) continue;
+        VF near = c.near;
+        VF far = c.far;
+        const Segment segment =
+            between<Parallel, Clipped>(view, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
+        fragments += hn::CountTrue(d, inside);
+        certificate.check(near, far, inside, first, pixels);
+        shader.blend(segment, first, pixels);
+      }
+    }
+  }
+  return fragments;
+}
+
+template <bool Parallel, bool Clipped>
+std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
+  switch (cell.care) {
+    case Care::none:
+      return shadeWhole<Parallel, Clipped, Care::none>(view, cell, pixels, scratch);
+    case Care::cut:
+      return shadeWhole<Parallel, Clipped, Care::cut>(view, cell, pixels, scratch);
+    case Care::cuts:
+      return shadeWhole<Parallel, Clipped, Care::cuts>(view, cell, pixels, scratch);
+    case Care::full:
+      break;
+  }
+  return shadeWhole<Parallel, Clipped, Care::full>(view, cell, pixels, scratch);
+}
+
+std::size_t whole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
+  if (view.screen->parallel()) {
+    return view.clipped ? shadeWholeAs<true, true>(view, cell, pixels, scratch)
+                        : shadeWholeAs<true, false>(view, cell, pixels, scratch);
+  }
+  return view.clipped ? shadeWholeAs<false, true>(view, cell, pixels, scratch)
+                      : shadeWholeAs<false, false>(view, cell, pixels, scratch);
 }
 
 // Marks the vectors without light as done with; true when the whole tile is. What follows them is behind, if the order
@@ -279,6 +439,8 @@ namespace spillikin::composite::native {
 
 HWY_EXPORT(paint);
 HWY_EXPORT(boxes);
+HWY_EXPORT(whole);
+HWY_EXPORT(findOpaque);
 
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
                             KernelScratch& scratch) {
@@ -288,6 +450,14 @@ std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries
 std::size_t boxTetrahedra(const Place* places, const mesh::Id* corners, const Box& region, std::size_t first,
                           std::size_t last, TileBox* boxes) {
   return HWY_DYNAMIC_DISPATCH(boxes)(places, corners, region, first, last, boxes);
+}
+
+std::size_t paintWhole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
+  return HWY_DYNAMIC_DISPATCH(whole)(view, cell, pixels, scratch);
+}
+
+bool markOpaque(Pixels& pixels) {
+  return HWY_DYNAMIC_DISPATCH(findOpaque)(pixels);
 }
 
 std::vector<const char*> kernelTargets() {

@@ -18,6 +18,8 @@
 
 namespace spillikin::composite::native {
 
+struct WholeCell;
+
 // What a run of cells is painted with. All of it outlives the call.
 struct TileView {
   const Screen* screen = nullptr;
@@ -33,9 +35,15 @@ struct TileView {
 
 // Composites the tetrahedra, nearest first; none of the entries is a cut. Returns the fragments drawn. Stops early
 // where every pixel is opaque and the order is trusted.
-
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
                             KernelScratch& scratch);
+
+// Composites one cell of any kind. The pixels on which it has more than one interval, or where float cannot tell, are
+// left alone and put into scratch.left_over.
+std::size_t paintWhole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch);
+
+// Marks the pixels to which no more cells need come (see Pixels::live); true when that is all of them.
+bool markOpaque(Pixels& pixels);
 
 // The tiles of `region` that the tetrahedra first <= c < last may cover, into boxes[c]; unknown_tiles for one that
 // reaches behind the eye. Returns where it stopped, short of a full vector before `last`.

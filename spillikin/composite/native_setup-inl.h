@@ -241,26 +241,15 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
-// A cell takes no full care when it is thin enough for a short series and not so flat that the rounding of a depth
-// moves the scalar noticeably.
+// A cell so flat that the rounding of a depth moves the scalar noticeably takes full care.
 HWY_NOINLINE void setCare(const TileView& view, std::size_t count, CellBatch& batch) {
   const Piece* pieces = view.screen->pieces().data();
   for (std::size_t i = 0; i < count; ++i) {
-    float most = 0.0F;
-    for (std::int32_t k = batch.first_piece[i]; k <= batch.last_piece[i]; ++k) {
-      const Piece& p = pieces[k];
-      const float lo = k == batch.first_piece[i] ? batch.lo[i] : pieces[k - 1].end;
-      const float hi = k == batch.last_piece[i] ? batch.hi[i] : p.end;
-      most = std::max(most, p.extinction + p.extinction_slope * (lo - p.anchor));
-      most = std::max(most, p.extinction + p.extinction_slope * (hi - p.anchor));
-    }
-    const bool thin = most * batch.thickness[i] * view.longest < thin_depth;
     const float steep = batch.parallel ? std::abs(batch.apex[i])
                                        : (std::abs(batch.at[0][i]) + std::abs(batch.at[1][i])) * float(tile_size) +
                                              std::abs(batch.at[2][i] - batch.apex[i]);
     const bool steady = steep * view.rounding <= 0.02F * (batch.hi[i] - batch.lo[i]);
-    const std::int32_t cuts = std::min(batch.last_piece[i] - batch.first_piece[i], 2);
-    batch.care[i] = thin & steady ? static_cast<Care>(cuts) : Care::full;
+    batch.care[i] = batch.look(pieces, i).care(batch.thickness[i] * view.longest, steady);
   }
 }
 

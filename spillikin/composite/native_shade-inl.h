@@ -93,20 +93,20 @@ class Rays {
   VF x_, y_, t_, apex_, middle_, half_per_middle_, z0_;
 };
 
-template <bool Parallel, Care care>
+template <Care care>
 class Shader;
 
 // A thin fragment in one piece of the transfer function: a short series for the integral.
-template <bool Parallel>
-class Shader<Parallel, Care::none> {
+template <>
+class Shader<Care::none> {
  public:
-  HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
-      : piece_(view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]),
-        rays_(view, batch, i, view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])].anchor) {}
+  explicit HWY_INLINE Shader(const Look& look)
+      : piece_(look.pieces[look.first]), anchor_(look.pieces[look.first].anchor) {}
+  // What scalars are to be given relative to.
+  float anchor() const { return anchor_; }
 
-  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
+  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
     const VF depth = hn::Mul(s.length, hn::MulAdd(piece_.extinction_slope, s.mean, piece_.extinction));
     const VF growth = hn::Mul(hn::Mul(s.length, twice_slope_), s.half);
     const VF alpha = thinAlpha(depth);
@@ -128,7 +128,7 @@ class Shader<Parallel, Care::none> {
  private:
   PieceV piece_;
   VF twice_slope_ = hn::Add(piece_.extinction_slope, piece_.extinction_slope);
-  Rays<Parallel> rays_;
+  float anchor_;
 };
 
 // A segment from its low end to its high one, whichever way the ray runs.
@@ -186,20 +186,20 @@ HWY_INLINE void finish(const Rising& r, VF f, VF red, VF green, VF blue, std::si
 }
 
 // A thin fragment of a cell that reaches over two pieces: both parts at once, no branches.
-template <bool Parallel>
-class Shader<Parallel, Care::cut> {
+template <>
+class Shader<Care::cut> {
  public:
-  HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
-      : low_(view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]),
-        high_(view.screen->pieces()[static_cast<std::size_t>(batch.last_piece[i])]),
-        cut_(hn::Set(DF(), view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])].end)),
-        low_anchor_(hn::Set(DF(), view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])].anchor)),
-        high_anchor_(hn::Set(DF(), view.screen->pieces()[static_cast<std::size_t>(batch.last_piece[i])].anchor)),
-        rays_(view, batch, i, 0.0F) {}
+  explicit HWY_INLINE Shader(const Look& look)
+      : low_(look.pieces[look.first]),
+        high_(look.pieces[look.last]),
+        cut_(hn::Set(DF(), look.pieces[look.first].end)),
+        low_anchor_(hn::Set(DF(), look.pieces[look.first].anchor)),
+        high_anchor_(hn::Set(DF(), look.pieces[look.last].anchor)) {}
+  float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
+  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const Rising r(rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first)));
+    const Rising r(s);
     const VF cut = hn::Max(r.lo, hn::Min(r.hi, cut_));
     VF a0, t0, a1, t1;
     VF f = part(r, low_, low_anchor_, r.lo, cut, hn::Set(d, 1.0F), a0, t0);
@@ -215,22 +215,17 @@ class Shader<Parallel, Care::cut> {
  private:
   PieceV low_, high_;
   VF cut_, low_anchor_, high_anchor_;
-  Rays<Parallel> rays_;
 };
 
 // A thin fragment of a cell that reaches over several pieces.
-template <bool Parallel>
-class Shader<Parallel, Care::cuts> {
+template <>
+class Shader<Care::cuts> {
  public:
-  HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
-      : pieces_(view.screen->pieces().data()),
-        first_(batch.first_piece[i]),
-        last_(batch.last_piece[i]),
-        rays_(view, batch, i, 0.0F) {}
+  explicit HWY_INLINE Shader(const Look& look) : pieces_(look.pieces), first_(look.first), last_(look.last) {}
+  float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
+  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
     const Rising r(s);
     VF red = hn::Zero(d), green = hn::Zero(d), blue = hn::Zero(d);
     VF f = hn::Set(d, 1.0F);
@@ -254,24 +249,22 @@ class Shader<Parallel, Care::cuts> {
  private:
   const Piece* pieces_;
   std::int32_t first_, last_;
-  Rays<Parallel> rays_;
 };
 
 // Any fragment: cut where it passes from one piece of the transfer function to the next, each part at any depth.
-template <bool Parallel>
-class Shader<Parallel, Care::full> {
+template <>
+class Shader<Care::full> {
  public:
-  HWY_INLINE Shader(const TileView& view, const CellBatch& batch, std::size_t i)
-      : pieces_(view.screen->pieces().data()),
-        first_(batch.first_piece[i]),
-        last_(batch.last_piece[i]),
-        lo_(hn::Set(DF(), batch.lo[i])),
-        hi_(hn::Set(DF(), batch.hi[i])),
-        rays_(view, batch, i, 0.0F) {}
+  explicit HWY_INLINE Shader(const Look& look)
+      : pieces_(look.pieces),
+        first_(look.first),
+        last_(look.last),
+        lo_(hn::Set(DF(), look.lo)),
+        hi_(hn::Set(DF(), look.hi)) {}
+  float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, std::size_t first, Pixels& pixels) const {
+  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const Segment s = rays_(near, far, inside, x, y, hn::Load(d, pixels.length.data() + first));
     const VF front = hn::Clamp(hn::Sub(s.mean, s.half), lo_, hi_);
     const VF back = hn::Clamp(hn::Add(s.mean, s.half), lo_, hi_);
     const VF whole_change = hn::Sub(back, front);
@@ -320,7 +313,6 @@ class Shader<Parallel, Care::full> {
   const Piece* pieces_;
   std::int32_t first_, last_;
   VF lo_, hi_;
-  Rays<Parallel> rays_;
 };
 
 }  // namespace

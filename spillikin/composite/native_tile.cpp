@@ -5,9 +5,17 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "spillikin/composite/native_centres.h"
 #include "spillikin/integrate/segment.h"
 
 namespace spillikin::composite::native {
+
+namespace {
+
+// Looking for opaque pixels takes as long as a few cells.
+constexpr std::size_t cells_between_looks = 64;
+
+}  // namespace
 
 TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entries, const Box& window, Image& image) {
   screen_ = &screen;
@@ -102,8 +110,10 @@ void TilePainter::composite(std::span<const Entry> entries) {
     while (tetrahedral && end < entries.size() && !entries[end].cut())
       ++end;
     if (end > begin) stats_.fragments += paintTetrahedra(view_, entries.subspan(begin, end - begin), pixels_, scratch_);
-    for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end)
+    for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end) {
       addCell(entries[end]);
+      if (view_.trusted && end % cells_between_looks == 0 && markOpaque(pixels_)) return;
+    }
     begin = end;
   }
 }
@@ -116,16 +126,32 @@ mesh::Id TilePainter::setShape(Entry entry) {
   return cell;
 }
 
+// A whole cell, or a piece of one, which goes pixel by pixel.
 void TilePainter::addCell(Entry entry) {
   setShape(entry);
   const Box box = shape_.pixels(window_);
-  for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
-      shape_.spans(x + 0.5, y + 0.5, spans_);
-      for (const Span& span : spans_)
-        addSpan(pixelIndex(x - window_.x0, y - window_.y0), span);
-    }
+  if (box.empty()) return;
+  if (!entry.cut() && flatten(view_, shape_, box, whole_)) {
+    scratch_.left_over.clear();
+    stats_.fragments += paintWhole(view_, whole_, pixels_, scratch_);
+    for (const std::uint16_t pixel : scratch_.left_over)
+      addRay(pixel);
+    return;
   }
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x)
+      addRay(pixelIndex(x - window_.x0, y - window_.y0));
+  }
+}
+
+void TilePainter::addRay(std::size_t pixel) {
+  const std::size_t block = pixel / block_pixels;
+  const std::size_t lane = pixel % block_pixels;
+  const double x = view_.x0 + static_cast<double>(centres.x[block % block_columns][lane]);
+  const double y = view_.y0 + static_cast<double>(centres.y[block / block_columns][lane]);
+  shape_.spans(x, y, spans_);
+  for (const Span& span : spans_)
+    addSpan(pixel, span);
 }
 
 void TilePainter::addSpan(std::size_t i, const Span& span) {

@@ -12,6 +12,7 @@
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_pixels.h"
 #include "spillikin/composite/native_screen.h"
+#include "spillikin/composite/native_whole.h"
 
 namespace spillikin::composite::native {
 
@@ -47,6 +48,7 @@ class TilePainter {
   void setClips();
   void composite(std::span<const Entry> entries);
   void addCell(Entry entry);
+  void addRay(std::size_t pixel);
   void addSpan(std::size_t pixel, const Span& span);
   mesh::Id setShape(Entry entry);
   void resolve(std::span<const Entry> entries);
@@ -59,6 +61,7 @@ class TilePainter {
   Pixels pixels_;
   KernelScratch scratch_;
   CellShape shape_;
+  WholeCell whole_;
   std::vector<Span> spans_;
   std::vector<Fragment> fragments_;
   TileStats stats_;

@@ -1,0 +1,103 @@
+#include "spillikin/composite/native_whole.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "spillikin/composite/native_kernel.h"
+
+namespace spillikin::composite::native {
+
+namespace {
+
+WholeCell::Form rounded(const Vec3& form) {
+  return {static_cast<float>(form.x), static_cast<float>(form.y), static_cast<float>(form.z)};
+}
+
+double reach(const Vec3& form) {
+  return (std::abs(form.x) + std::abs(form.y)) * tile_size + std::abs(form.z);
+}
+
+// Edges by the ids of their ends; a cell has few.
+class Edges {
+ public:
+  explicit Edges(WholeCell& cell) : cell_(cell) { cell_.edge_count = 0; }
+  bool full() const { return full_; }
+  std::uint8_t find(mesh::Id a, mesh::Id b, const Vec3& form) {
+    for (std::size_t e = 0; e < cell_.edge_count; ++e) {
+      if (ends_[e][0] == a && ends_[e][1] == b) return static_cast<std::uint8_t>(e);
+    }
+    full_ = full_ || cell_.edge_count == WholeCell::max_edges;
+    if (full_) return 0;
+    const std::size_t e = cell_.edge_count++;
+    ends_[e] = {a, b};
+    // Only the side matters: scaled to stay within float, the same from every cell.
+    cell_.edge[e] = rounded(form / std::max(reach(form), 1e-300));
+    return static_cast<std::uint8_t>(e);
+  }
+
+ private:
+  WholeCell& cell_;
+  std::array<std::array<mesh::Id, 2>, WholeCell::max_edges> ends_;
+  bool full_ = false;
+};
+
+// As the tetrahedra's planes (see native_setup-inl.h).
+void setPlanes(const TileView& view, const CellShape::Triangle& t, WholeCell::Triangle& out) {
+  const Depths& depths = view.screen->depths();
+  const double level = t.level - (depths.parallel ? t.normal.z * depths.z0 : 0.0);
+  const double constant = depths.parallel ? -level : t.normal.z;
+  const double pivot = depths.parallel ? t.normal.z : level;
+  const double least = reach({t.normal.x, t.normal.y, constant}) / (1e12 * view.nearness_scale) + 1e-300;
+  const double inverse = 1.0 / (pivot >= 0.0 ? std::max(pivot, least) : std::min(pivot, -least));
+  Vec3 z = Vec3(t.normal.x, t.normal.y, constant) * inverse;
+  if (!depths.parallel) z.z -= depths.z0;
+  out.nearness = rounded(z);
+  out.nearest = static_cast<float>(depths.nearness(t.lo));
+  out.farthest = static_cast<float>(depths.nearness(t.hi));
+  const auto scaled = [&](int k) { return view.screen->scaled(t.value[static_cast<std::size_t>(k)]); };
+  out.base = static_cast<float>(scaled(0));
+  out.scalar = rounded(((scaled(1) - scaled(0)) * t.edge[2] + (scaled(2) - scaled(0)) * t.edge[0]) * inverse);
+  const auto [lo, hi] = std::minmax({scaled(0), scaled(1), scaled(2)});
+  out.lo = static_cast<float>(lo);
+  out.hi = static_cast<float>(hi);
+}
+
+}  // namespace
+
+bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out) {
+  const Screen& screen = *view.screen;
+  const std::vector<CellShape::Triangle>& triangles = shape.triangles();
+  if (triangles.size() > WholeCell::max_triangles) return false;
+  out.triangle_count = triangles.size();
+  out.look = {screen.pieces().data(), std::numeric_limits<std::int32_t>::max(), 0, std::numeric_limits<float>::max(),
+              std::numeric_limits<float>::lowest()};
+  Edges edges(out);
+  double lo = std::numeric_limits<double>::infinity();
+  double hi = -lo;
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    const CellShape::Triangle& t = triangles[k];
+    lo = std::min(lo, t.lo);
+    hi = std::max(hi, t.hi);
+    if (!screen.parallel() && !(t.lo > 0.0)) return false;
+    WholeCell::Triangle& flat = out.triangle[k];
+    flat.ab = edges.find(t.id[0], t.id[1], t.edge[0]);
+    flat.bc = edges.find(t.id[1], t.id[2], t.edge[1]);
+    flat.ac = edges.find(t.id[0], t.id[2], -t.edge[2]);
+    flat.turned = t.turned;
+    setPlanes(view, t, flat);
+    out.look.lo = std::min(out.look.lo, flat.lo);
+    out.look.hi = std::max(out.look.hi, flat.hi);
+    for (const double value : t.value) {
+      const auto piece = static_cast<std::int32_t>(screen.piece(value));
+      out.look.first = std::min(out.look.first, piece);
+      out.look.last = std::max(out.look.last, piece);
+    }
+  }
+  if (edges.full()) return false;
+  out.care = out.look.care(static_cast<float>(hi - lo) * view.longest, true);
+  out.blocks = {(pixels.x0 - view.x0) / 4, (pixels.y0 - view.y0) / 4, (pixels.x1 - view.x0 + 3) / 4,
+                (pixels.y1 - view.y0 + 3) / 4};
+  return true;
+}
+
+}  // namespace spillikin::composite::native

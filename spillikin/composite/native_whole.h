@@ -1,0 +1,43 @@
+// A cell of any kind as the vector kernel wants it: the lines and the planes of its boundary triangles in float,
+// relative to the tile. A pixel lies on one side of the line of every edge, the same for all triangles and cells at the
+// edge, so that neighbours neither both claim it nor both miss it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_cell.h"
+
+namespace spillikin::composite::native {
+
+struct TileView;
+
+struct WholeCell {
+  static constexpr std::size_t max_edges = 96;
+  static constexpr std::size_t max_triangles = 64;
+  using Form = std::array<float, 3>;  // of x, y and 1
+
+  struct Triangle {
+    std::uint8_t ab = 0, bc = 0, ac = 0;  // edges; the corners a, b, c in the order of their ids
+    bool turned = false;                  // outward is against that order
+    Form nearness{};
+    float nearest = 0.0F, farthest = 0.0F;
+    Form scalar{};  // the scalar is base + form (over inverse depth in perspective)
+    float base = 0.0F, lo = 0.0F, hi = 0.0F;
+  };
+
+  std::array<Form, max_edges> edge;
+  std::array<Triangle, max_triangles> triangle;
+  std::size_t edge_count = 0, triangle_count = 0;
+  Box blocks;  // half-open
+  Look look;
+  Care care = Care::full;
+};
+
+// Fills `out` from a shape that has been set for the tile's corner. False when the cell reaches behind the eye or has
+// too many faces: it must be painted pixel by pixel.
+bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out);
+
+}  // namespace spillikin::composite::native
