@@ -21,6 +21,8 @@ void PlanarSubdivision::clear() {
   canonical_.clear();
   vertex_of_point_.clear();
   segments_.clear();
+  areas_.clear();
+  stride_ = 0;
   vertices_.clear();
   edges_.clear();
   region_offset_.assign(1, 0);
@@ -39,20 +41,12 @@ PlanarSubdivision::Index PlanarSubdivision::addPoint(const Vec2& position) {
 
 // ---- Predicates: all of them come down to the signed areas of a segment and an inserted point. ----
 
-const SignedArea& PlanarSubdivision::area(Index segment, Index point) const {
-  std::vector<Cached>& row = areas_[segment];
-  if (point >= row.size()) {
-    row.resize(points_.size());
+void PlanarSubdivision::computeArea(Index segment, Index point, Cached& cached) const {
+  const auto& [a, b] = segments_[segment];
+  cached.known = true;
+  if (point != a && point != b) {
+    cached.area = signedArea(points_[a], points_[b], points_[point]);
   }
-  Cached& cached = row[point];
-  if (!cached.known) {
-    const auto& [a, b] = segments_[segment];
-    cached.known = true;
-    if (point != a && point != b) {
-      cached.area = signedArea(points_[a], points_[b], points_[point]);
-    }
-  }
-  return cached.area;
 }
 
 // On which side of the segment's line the place lies: 1 left, 0 on it, -1 right.
@@ -70,10 +64,8 @@ int PlanarSubdivision::sideOf(Index segment, const Place& place) const {
     return g0;
   }
   const auto [f0, f1] = segments_[f];
-  // Asked for one by one: a row of areas may grow, but never while a reference into it is held.
-  const SignedArea e_f0 = area(segment, f0);
-  const SignedArea e_f1 = area(segment, f1);
-  return sideOfCrossing(line(segment), line(f), line(g), e_f0, e_f1, area(g, f0), area(g, f1));
+  return sideOfCrossing(line(segment), line(f), line(g), area(segment, f0), area(segment, f1), area(g, f0),
+                        area(g, f1));
 }
 
 // Sign of the cross product of the directions of s and t: the side of s that t leads to.
@@ -333,10 +325,12 @@ PlanarSubdivision::Index PlanarSubdivision::insert(Index a, Index b) {
   }
   const Index s = static_cast<Index>(segments_.size());
   segments_.push_back({a, b});
-  if (areas_.size() <= s) {
-    areas_.emplace_back();
+  if (stride_ < points_.size()) {  // points were added since: start anew
+    stride_ = points_.size();
+    areas_.assign(segments_.size() * stride_, {});
+  } else {
+    areas_.resize(segments_.size() * stride_);
   }
-  areas_[s].assign(points_.size(), {});
   for (Index v = vertex_of_point_[a]; v != vertex_of_point_[b];) {
     bool along = false;
     const Dart d = wedge(v, s, false, along);
@@ -427,8 +421,7 @@ double PlanarSubdivision::parameter(Index v, int which) const {
   const auto& crossed = vertices_[v].segments;
   const Index f = crossed[static_cast<std::size_t>(which)];
   const Index g = crossed[static_cast<std::size_t>(1 - which)];
-  const SignedArea from = area(g, segments_[f][0]);
-  return crossingParameter(line(f), line(g), from, area(g, segments_[f][1]));
+  return crossingParameter(line(f), line(g), area(g, segments_[f][0]), area(g, segments_[f][1]));
 }
 
 Vec2 PlanarSubdivision::position(Index v) const {

@@ -97,6 +97,12 @@ class PlanarSubdivision {
     bool at_end = false;  // (with dart) the new end point lies on it
   };
 
+  // Signed areas by segment and point, computed when first asked for: row s holds stride_ points.
+  struct Cached {
+    SignedArea area;
+    bool known = false;
+  };
+
   static Dart twin(Dart d) { return d ^ 1U; }
   Index origin(Dart d) const { return edges_[d >> 1U].vertex[d & 1U]; }
   Index target(Dart d) const { return edges_[d >> 1U].vertex[(d & 1U) ^ 1U]; }
@@ -106,7 +112,14 @@ class PlanarSubdivision {
   Place place(Index v) const { return {vertices_[v].point, vertices_[v].segments}; }
 
   Line line(Index s) const { return {points_[segments_[s][0]], points_[segments_[s][1]]}; }
-  const SignedArea& area(Index segment, Index point) const;
+  const SignedArea& area(Index segment, Index point) const {
+    Cached& cached = areas_[segment * stride_ + point];
+    if (!cached.known) {
+      computeArea(segment, point, cached);
+    }
+    return cached.area;
+  }
+  void computeArea(Index segment, Index point, Cached& cached) const;
   int sideOf(Index segment, const Place& place) const;
   int cross(Index s, Index t) const;
   bool sameDirection(Index s, Index t) const;
@@ -135,12 +148,8 @@ class PlanarSubdivision {
   std::vector<Index> region_offset_, region_vertex_;
   std::vector<Dart> region_dart_;  // the dart that leaves each of region_vertex_
 
-  // Signed areas of segment and point, computed when first asked for.
-  struct Cached {
-    SignedArea area;
-    bool known = false;
-  };
-  mutable std::vector<std::vector<Cached>> areas_;  // rows are kept when segments are cleared
+  mutable std::vector<Cached> areas_;
+  std::size_t stride_ = 0;
 };
 
 }  // namespace spillikin::mesh

@@ -1,6 +1,7 @@
 #include "spillikin/project/cell_on_screen.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
@@ -120,18 +121,17 @@ Sample CellOnScreen::at(const std::array<Local, 3>& corner, const Vec2& position
   return inTriangle(ordered, end, apex);
 }
 
-double CellOnScreen::inside(const std::array<Local, 3>& corner, const Vec2& position) const {
+bool CellOnScreen::isInside(const std::array<Local, 3>& corner, const Vec2& position, double least) const {
   const Vec2& a = position_[corner[0]];
   const Vec2 ab = position_[corner[1]] - a;
   const Vec2 ac = position_[corner[2]] - a;
   const Vec2 ap = position - a;
   const double area = crossProduct(ab, ac);
-  if (area == 0.0) {
-    return -1e300;
-  }
-  const double b = crossProduct(ap, ac) / area;
-  const double c = crossProduct(ab, ap) / area;
-  return std::min(std::min(b, c), 1.0 - b - c);
+  const double sign = area < 0.0 ? -1.0 : 1.0;
+  const double limit = least * std::fabs(area);
+  const double b = sign * crossProduct(ap, ac);
+  const double c = sign * crossProduct(ab, ap);
+  return b > limit && c > limit && std::fabs(area) - b - c > limit;
 }
 
 }  // namespace spillikin::project

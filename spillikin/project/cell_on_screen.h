@@ -55,8 +55,8 @@ class CellOnScreen {
   // edge the position is met to within rounding however thin the triangle is seen.
   // `off`: by how many pixels it was moved.
   Sample at(const std::array<Local, 3>& corner, const Vec2& position, double* off = nullptr) const;
-  // The smallest of the three barycentric coordinates of an image position: >= 0 inside. -1e300 when seen edge-on.
-  double inside(const std::array<Local, 3>& corner, const Vec2& position) const;
+  // Whether all three barycentric coordinates of an image position are larger than `least`.
+  bool isInside(const std::array<Local, 3>& corner, const Vec2& position, double least) const;
 
  private:
   mesh::Id cell_ = mesh::none;

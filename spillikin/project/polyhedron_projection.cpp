@@ -132,7 +132,7 @@ std::uint32_t PolyhedronProjection::covering(const CellOnScreen& cell, std::size
   std::uint32_t found = none;
   for (std::uint32_t t = 0; t < face_.size(); ++t) {
     if (area_[t].sign == facing && std::fabs(area_[t].value) > thin_ &&
-        cell.inside(cell.triangles()[t], middle) > clearly_inside) {
+        cell.isInside(cell.triangles()[t], middle, clearly_inside)) {
       if (found != none) {
         return none;
       }
@@ -200,13 +200,13 @@ bool PolyhedronProjection::sampleExactly(const CellOnScreen& cell, PlanarSubdivi
   return false;
 }
 
-// What the ray of a vertex meets on the triangle's face.
-Sample PolyhedronProjection::sample(const CellOnScreen& cell, PlanarSubdivision::Index vertex, const Vec2& position,
-                                    std::uint32_t triangle) const {
+// What the ray of a vertex meets on a face, given by its lowest triangle.
+Sample PolyhedronProjection::sampleFace(const CellOnScreen& cell, PlanarSubdivision::Index vertex,
+                                        std::uint32_t face) const {
   Sample found;
   double least = -1.0;  // pixels by which the position lies outside the best triangle of the face so far
-  for (std::uint32_t t = face_[triangle]; t < face_.size(); ++t) {
-    if (face_[t] != face_[triangle]) {
+  for (std::uint32_t t = face; t < face_.size(); ++t) {
+    if (face_[t] != face) {
       continue;
     }
     Sample candidate;
@@ -214,13 +214,22 @@ Sample PolyhedronProjection::sample(const CellOnScreen& cell, PlanarSubdivision:
       return candidate;
     }
     double off = 0.0;
-    candidate = cell.at(cell.triangles()[t], position, &off);
+    candidate = cell.at(cell.triangles()[t], position_[vertex], &off);
     if (least < 0.0 || off < least) {
       least = off;
       found = candidate;
     }
   }
   return found;
+}
+
+const Sample& PolyhedronProjection::sample(const CellOnScreen& cell, PlanarSubdivision::Index vertex,
+                                           std::uint32_t triangle, unsigned end) {
+  Known& known = known_[vertex][end];
+  if (known.face != face_[triangle]) {
+    known = {face_[triangle], sampleFace(cell, vertex, face_[triangle])};
+  }
+  return known.sample;
 }
 
 bool PolyhedronProjection::operator()(const CellOnScreen& cell, const Camera& camera, Faces faces, Regions& out) {
@@ -240,12 +249,13 @@ bool PolyhedronProjection::operator()(const CellOnScreen& cell, const Camera& ca
   if (!chooseFaces(cell)) {
     return false;
   }
+  known_.assign(position_.size(), {});
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     const auto [front, back] = regions_[r];
     for (const auto v : subdivision_.region(r)) {
       const Vec2& p = position_[v];
-      const Sample near = sample(cell, v, p, front);
-      const Sample far = sample(cell, v, p, back);
+      const Sample& near = sample(cell, v, front, 0);
+      const Sample& far = sample(cell, v, back, 1);
       const double length = std::fmax(0.0, far.depth - near.depth) * glm::length(camera.direction(p.x, p.y));
       out.addVertex(p.x, p.y, near.depth, far.depth, length, near.value, far.value);
     }

@@ -1,6 +1,7 @@
 // Any convex polyhedron on the screen: the paper's own method (Max, Williams, Silva 2000, section II).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -43,8 +44,9 @@ class PolyhedronProjection {
   std::uint32_t covering(const CellOnScreen& cell, std::size_t region, const Vec2& middle, int facing) const;
   std::uint32_t coveringExactly(std::size_t region, int facing) const;
   bool covers(std::uint32_t face, int facing, std::size_t region) const;
-  Sample sample(const CellOnScreen& cell, mesh::PlanarSubdivision::Index vertex, const Vec2& position,
-                std::uint32_t triangle) const;
+  const Sample& sample(const CellOnScreen& cell, mesh::PlanarSubdivision::Index vertex, std::uint32_t triangle,
+                       unsigned end);
+  Sample sampleFace(const CellOnScreen& cell, mesh::PlanarSubdivision::Index vertex, std::uint32_t face) const;
   bool sampleExactly(const CellOnScreen& cell, mesh::PlanarSubdivision::Index vertex, std::uint32_t triangle,
                      Sample& found) const;
 
@@ -56,6 +58,12 @@ class PolyhedronProjection {
   std::vector<std::uint8_t> inserted_;
   std::vector<Vec2> position_;  // of the subdivision's vertices
   std::vector<Region> regions_;
+  // Per vertex the last sample of a front and of a back face: most regions around a vertex share one of them.
+  struct Known {
+    std::uint32_t face = none;
+    Sample sample;
+  };
+  std::vector<std::array<Known, 2>> known_;
   mesh::PlanarSubdivision subdivision_;
 };
 
