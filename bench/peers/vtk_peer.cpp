@@ -74,7 +74,7 @@ std::vector<Sample> samples(const integrate::TransferFunction& look) {
   return all;
 }
 
-void dress(vtkVolumeProperty* property, const integrate::TransferFunction& look, Mapper mapper) {
+void dress(vtkVolumeProperty* property, const integrate::TransferFunction& look) {
   double densest = 0.0;
   for (const auto& p : look.points())
     densest = std::max(densest, p.extinction);
@@ -82,9 +82,8 @@ void dress(vtkVolumeProperty* property, const integrate::TransferFunction& look,
   vtkNew<vtkColorTransferFunction> color;
   vtkNew<vtkPiecewiseFunction> opacity;
   for (const Sample& s : samples(look)) {
-    const double depth = s.optical.extinction * unit;
     color->AddRGBPoint(s.value, s.optical.color[0], s.optical.color[1], s.optical.color[2]);
-    opacity->AddPoint(s.value, mapper == Mapper::projected_tetrahedra ? -std::expm1(-depth) : depth);
+    opacity->AddPoint(s.value, s.optical.extinction * unit);
   }
   property->SetColor(color);
   property->SetScalarOpacity(opacity);
@@ -202,7 +201,7 @@ VtkPeer::VtkPeer(Mapper kind, const VtkMesh& mesh, const integrate::TransferFunc
   impl_->height = height;
   const auto mapper = make(kind);
   mapper->SetInputData(mesh.impl().grid);
-  dress(impl_->volume->GetProperty(), look, kind);
+  dress(impl_->volume->GetProperty(), look);
   impl_->volume->SetMapper(mapper);
   impl_->renderer->SetBackground(0.0, 0.0, 0.0);
   impl_->renderer->AddVolume(impl_->volume);

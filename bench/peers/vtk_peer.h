@@ -40,8 +40,9 @@ class VtkMesh {
 class VtkPeer {
  public:
   // `mesh` outlives the peer. The transfer function is handed over at its own points and 256 equally spaced ones, the
-  // same for colour and opacity, so that no integrator drops one. What "opacity" means differs: projected tetrahedra
-  // take 1 - exp(-extinction * unit distance), the ray casters' integrators extinction * unit distance.
+  // same for colour and opacity, so that no integrator drops one. All four take "opacity" as the extinction over the
+  // unit distance, whatever the name says: so it is given, scaled to at most 1, and a homogeneous block comes out
+  // right.
   VtkPeer(Mapper mapper, const VtkMesh& mesh, const integrate::TransferFunction& look, int width, int height);
   ~VtkPeer();
   VtkPeer(const VtkPeer&) = delete;
