@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -82,10 +83,21 @@ struct Coverage {
   std::uint32_t pixel[tile_pixels + 1];  // index of the vector's first pixel
 };
 
+// One shaded fragment, kept to be composited later: premultiplied colour, and the light that it lets through.
+struct Fragment {
+  float near = 0.0F, far = 0.0F;  // nearness
+  float red = 0.0F, green = 0.0F, blue = 0.0F, light = 1.0F;
+  std::uint32_t pixel = 0;  // pixelIndex
+};
+
+// The pixels of a tile that are asked for, a bit each, by block.
+using PixelMask = std::array<std::uint16_t, tile_blocks>;
+
 // What the kernels work with between cells; one per thread. Not thread-local: the loops must know that it stays put.
 struct KernelScratch {
   CellBatch batch;
   Coverage covered;
+  Pixels blank;  // fragments are shaded onto it one vector at a time where they are collected rather than composited
   std::vector<std::uint16_t> left_over;  // pixels that a whole cell could not be painted on (see paintWhole)
 };
 

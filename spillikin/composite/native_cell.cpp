@@ -79,6 +79,7 @@ Box pixelBox(const Screen& screen, std::span<const mesh::Id> vertices, const Box
 
 void CellShape::set(const Screen& screen, mesh::Id cell, const std::vector<sort::HalfSpace>* keep, int x0, int y0) {
   screen_ = &screen;
+  cell_ = cell;
   keep_ = keep;
   x0_ = x0;
   y0_ = y0;

@@ -47,6 +47,7 @@ class CellShape {
     bool turned = false;            // outward is against the order of the ids
   };
   const std::vector<Triangle>& triangles() const { return triangles_; }
+  mesh::Id cell() const { return cell_; }
 
  private:
   struct Crossing {
@@ -60,6 +61,7 @@ class CellShape {
 
   const Screen* screen_ = nullptr;
   const std::vector<sort::HalfSpace>* keep_ = nullptr;
+  mesh::Id cell_ = 0;
   int x0_ = 0, y0_ = 0;
   bool constant_ = false;
   double cell_value_ = 0.0;

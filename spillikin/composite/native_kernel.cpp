@@ -180,18 +180,20 @@ HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch,
   return fragments;
 }
 
-template <bool Parallel, bool Clipped>
+// The vectors that cell i may cover.
+HWY_INLINE std::size_t coverCell(const TileView& view, const CellBatch& batch, std::size_t i, const Pixels& pixels,
+                                 Coverage& covered) {
+  if (batch.block_x0[i] > batch.block_x1[i] || batch.block_y0[i] > batch.block_y1[i]) return 0;
+  return view.clipped || batch.straddles[i] != 0 ? coverAny<true>(batch, i, pixels, covered)
+                                                 : coverAny<false>(batch, i, pixels, covered);
+}
+
+template <bool Parallel>
 std::size_t paintBatch(const TileView& view, const CellBatch& batch, std::size_t count, Pixels& pixels,
                        Coverage& covered) {
   std::size_t fragments = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    if (batch.block_x0[i] > batch.block_x1[i] || batch.block_y0[i] > batch.block_y1[i]) continue;
-    std::size_t n;
-    if (Clipped || batch.straddles[i] != 0) {
-      n = coverAny<true>(batch, i, pixels, covered);
-    } else {
-      n = coverAny<false>(batch, i, pixels, covered);
-    }
+    const std::size_t n = coverCell(view, batch, i, pixels, covered);
     if (n == 0) continue;
     switch (batch.care[i]) {
       case Care::none:
@@ -371,19 +373,86 @@ std::size_t paint(const TileView& view, std::span<const Entry> entries, Pixels& 
   for (std::size_t begin = 0; begin < entries.size(); begin += batch_cells) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
     setUp(view, cells, entries.subspan(begin + cells.size()), batch);
-    if (parallel) {
-      fragments += view.clipped ? paintBatch<true, true>(view, batch, cells.size(), pixels, covered)
-                                : paintBatch<true, false>(view, batch, cells.size(), pixels, covered);
-    } else {
-      fragments += view.clipped ? paintBatch<false, true>(view, batch, cells.size(), pixels, covered)
-                                : paintBatch<false, false>(view, batch, cells.size(), pixels, covered);
-    }
+    fragments += parallel ? paintBatch<true>(view, batch, cells.size(), pixels, covered)
+                          : paintBatch<false>(view, batch, cells.size(), pixels, covered);
     if (view.trusted && begin / batch_cells % batches_between_looks == batches_between_looks - 1 &&
         findOpaque(pixels)) {
       break;
     }
   }
   return fragments;
+}
+
+template <bool Parallel, Care care>
+HWY_NOINLINE void collectCell(const TileView& view, const CellBatch& batch, std::size_t i, std::size_t count,
+                              const PixelMask& wanted, const Pixels& pixels, KernelScratch& scratch,
+                              std::vector<Fragment>& out) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Shader<care> shader(batch.look(view.screen->pieces().data(), i));
+  const Rays<Parallel> rays(view, batch, i, shader.anchor());
+  const Coverage& covered = scratch.covered;
+  Pixels& blank = scratch.blank;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t first = covered.pixel[k];
+    const VF near = hn::Load(d, covered.near + k * lanes);
+    const VF far = hn::Load(d, covered.far + k * lanes);
+    const auto inside = hn::Gt(near, far);
+    unsigned bits = maskBits(inside) & (static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels));
+    if (bits == 0) continue;
+    for (auto* channel : {&blank.red, &blank.green, &blank.blue})
+      hn::Store(hn::Zero(d), d, channel->data() + first);
+    hn::Store(hn::Set(d, 1.0F), d, blank.light.data() + first);
+    shader.blend(rays(near, far, inside, centresX(first), centresY(first), hn::Load(d, pixels.length.data() + first)),
+                 first, blank);
+    for (std::size_t lane = 0; bits != 0; ++lane, bits >>= 1U) {
+      const std::size_t p = first + lane;
+      if ((bits & 1U) == 0) continue;
+      out.push_back({covered.near[k * lanes + lane], covered.far[k * lanes + lane], blank.red[p], blank.green[p],
+                     blank.blue[p], blank.light[p], static_cast<std::uint32_t>(p)});
+    }
+  }
+}
+
+template <bool Parallel>
+void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std::size_t n, const PixelMask& wanted,
+                const Pixels& pixels, KernelScratch& scratch, std::vector<Fragment>& out) {
+  switch (batch.care[i]) {
+    case Care::none:
+      return collectCell<Parallel, Care::none>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::cut:
+      return collectCell<Parallel, Care::cut>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::cuts:
+      return collectCell<Parallel, Care::cuts>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::full:
+      return collectCell<Parallel, Care::full>(view, batch, i, n, wanted, pixels, scratch, out);
+  }
+}
+
+bool collect(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
+             KernelScratch& scratch, std::size_t most, std::vector<Fragment>& out) {
+  const std::size_t lanes = hn::Lanes(DF());
+  const unsigned full = static_cast<unsigned>((std::uint64_t{1} << lanes) - 1);
+  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
+    const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
+    pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
+  }
+  const CellBatch& batch = scratch.batch;
+  for (std::size_t begin = 0; begin < entries.size(); begin += batch_cells) {
+    const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
+    setUp(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::size_t n = coverCell(view, batch, i, pixels, scratch.covered);
+      if (n == 0) continue;
+      if (batch.parallel) {
+        collectAny<true>(view, batch, i, n, wanted, pixels, scratch, out);
+      } else {
+        collectAny<false>(view, batch, i, n, wanted, pixels, scratch, out);
+      }
+    }
+    if (out.size() > most) return false;
+  }
+  return true;
 }
 
 std::size_t boxes(const Place* places, const mesh::Id* corners, const Box& region, std::size_t first, std::size_t last,
@@ -440,6 +509,7 @@ namespace spillikin::composite::native {
 HWY_EXPORT(paint);
 HWY_EXPORT(boxes);
 HWY_EXPORT(whole);
+HWY_EXPORT(collect);
 HWY_EXPORT(findOpaque);
 
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
@@ -450,6 +520,11 @@ std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries
 std::size_t boxTetrahedra(const Place* places, const mesh::Id* corners, const Box& region, std::size_t first,
                           std::size_t last, TileBox* boxes) {
   return HWY_DYNAMIC_DISPATCH(boxes)(places, corners, region, first, last, boxes);
+}
+
+bool collectTetrahedra(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
+                       KernelScratch& scratch, std::size_t most, std::vector<Fragment>& out) {
+  return HWY_DYNAMIC_DISPATCH(collect)(view, entries, wanted, pixels, scratch, most, out);
 }
 
 std::size_t paintWhole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {

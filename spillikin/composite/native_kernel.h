@@ -38,6 +38,11 @@ struct TileView {
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
                             KernelScratch& scratch);
 
+// Shades the tetrahedra's fragments on the pixels `wanted` and appends them to `out`, in the order of the entries.
+// False, with part of them in `out`, once there are more than `most` of them. Overwrites Pixels::live.
+bool collectTetrahedra(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
+                       KernelScratch& scratch, std::size_t most, std::vector<Fragment>& out);
+
 // Composites one cell of any kind. The pixels on which it has more than one interval, or where float cannot tell, are
 // left alone and put into scratch.left_over.
 std::size_t paintWhole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch);

@@ -15,6 +15,9 @@ namespace {
 // Looking for opaque pixels takes as long as a few cells.
 constexpr std::size_t cells_between_looks = 64;
 
+// Fragments that a thread puts in order at a time: 32 MB.
+constexpr std::size_t most_fragments = std::size_t{1} << 19U;
+
 }  // namespace
 
 TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entries, const Box& window, Image& image) {
@@ -118,12 +121,19 @@ void TilePainter::composite(std::span<const Entry> entries) {
   }
 }
 
-mesh::Id TilePainter::setShape(Entry entry) {
+mesh::Id TilePainter::cellOf(Entry entry) const {
   const sort::Order& order = screen_->frame().order;
-  const sort::Cut* cut = entry.cut() ? &order.cuts[entry.index()] : nullptr;
-  const mesh::Id cell = cut != nullptr ? order.cells[cut->entry] : entry.index();
-  shape_.set(*screen_, cell, cut != nullptr ? &cut->keep : nullptr, window_.x0, window_.y0);
-  return cell;
+  return entry.cut() ? order.cells[order.cuts[entry.index()].entry] : entry.index();
+}
+
+void TilePainter::setShape(Entry entry) {
+  const std::vector<sort::HalfSpace>* keep = entry.cut() ? &screen_->frame().order.cuts[entry.index()].keep : nullptr;
+  shape_.set(*screen_, cellOf(entry), keep, window_.x0, window_.y0);
+}
+
+integrate::Radiance TilePainter::radiance(std::size_t pixel, const Span& span) const {
+  return integrate::integrate(screen_->frame().transfer_function, span.front, span.back,
+                              (span.far - span.near) * pixels_.length[pixel]);
 }
 
 // A whole cell, or a piece of one, which goes pixel by pixel.
@@ -165,8 +175,7 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
     }
     pixels_.last[i] = static_cast<float>(far);
   }
-  const integrate::Radiance r = integrate::integrate(screen_->frame().transfer_function, span.front, span.back,
-                                                     (span.far - span.near) * pixels_.length[i]);
+  const integrate::Radiance r = radiance(i, span);
   const float light = pixels_.light[i];
   pixels_.red[i] += light * static_cast<float>(r.color[0]);
   pixels_.green[i] += light * static_cast<float>(r.color[1]);
@@ -174,54 +183,110 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
   pixels_.light[i] = light - light * static_cast<float>(r.alpha);
 }
 
-// All fragments of the flagged pixels once more, in double precision and in the order of their depth.
+// All fragments of the flagged pixels once more, put in the order of their depth.
 void TilePainter::resolve(std::span<const Entry> entries) {
-  for (const std::uint16_t mask : pixels_.flagged)
-    stats_.flagged += static_cast<std::size_t>(__builtin_popcount(mask));
-  if (stats_.flagged == 0) return;
-  fragments_.clear();
-  for (const Entry entry : entries) {
-    const mesh::Id cell = setShape(entry);
-    const Box box = shape_.pixels(window_);
-    for (int y = box.y0; y < box.y1; ++y) {
-      for (int x = box.x0; x < box.x1; ++x) {
-        const std::size_t i = pixelIndex(x - window_.x0, y - window_.y0);
-        if ((pixels_.flagged[i / block_pixels] >> (i % block_pixels) & 1) == 0) continue;
-        shape_.spans(x + 0.5, y + 0.5, spans_);
-        for (const Span& span : spans_)
-          fragments_.push_back({static_cast<std::uint32_t>(i), cell, span});
-      }
+  flagged_.clear();
+  for (std::size_t i = 0; i < tile_pixels; ++i) {
+    if ((pixels_.flagged[i / block_pixels] >> (i % block_pixels) & 1) != 0) {
+      flagged_.push_back(static_cast<std::uint16_t>(i));
     }
   }
-  std::stable_sort(fragments_.begin(), fragments_.end(), [](const Fragment& a, const Fragment& b) {
-    if (a.pixel != b.pixel) return a.pixel < b.pixel;
-    return a.span.near != b.span.near ? a.span.near < b.span.near : a.span.far < b.span.far;
-  });
-  for (std::size_t begin = 0; begin < fragments_.size();) {
-    std::size_t end = begin;
-    while (end < fragments_.size() && fragments_[end].pixel == fragments_[begin].pixel)
-      ++end;
-    compositeSorted(std::span(fragments_).subspan(begin, end - begin));
-    begin = end;
+  stats_.flagged += flagged_.size();
+  if (!flagged_.empty()) resolvePart(entries, flagged_);
+}
+
+// As many pixels at a time as the memory promised allows; one always is.
+void TilePainter::resolvePart(std::span<const Entry> entries, std::span<const std::uint16_t> pixels) {
+  wanted_.fill(0);
+  for (const std::uint16_t p : pixels)
+    wanted_[p / block_pixels] |= static_cast<std::uint16_t>(1U << (p % block_pixels));
+  if (!collect(entries, pixels.size() == 1 ? std::numeric_limits<std::size_t>::max() : most_fragments)) {
+    resolvePart(entries, pixels.first(pixels.size() / 2));
+    resolvePart(entries, pixels.subspan(pixels.size() / 2));
+    return;
+  }
+  // By pixel, else as they came.
+  next_.assign(tile_pixels + 1, 0);
+  for (const Fragment& f : fragments_)
+    ++next_[f.pixel + 1];
+  for (std::size_t p = 0; p < tile_pixels; ++p)
+    next_[p + 1] += next_[p];
+  by_pixel_.resize(fragments_.size());
+  for (const Fragment& f : fragments_)
+    by_pixel_[next_[f.pixel]++] = f;
+  for (const std::uint16_t p : pixels) {
+    const std::size_t begin = p == 0 ? 0 : next_[p - 1U];
+    compositeSorted(std::span(by_pixel_).subspan(begin, next_[p] - begin));
   }
 }
 
-void TilePainter::compositeSorted(std::span<const Fragment> fragments) {
-  const std::size_t i = fragments.front().pixel;
-  const double depth_scale = std::max(std::abs(screen_->depths().lo), std::abs(screen_->depths().hi));
-  bool overlap = false;
-  double end = -std::numeric_limits<double>::infinity();
-  integrate::Radiance sum;
-  for (const Fragment& f : fragments) {
-    overlap = overlap || f.span.near < end - resolved_tolerance * depth_scale;
-    end = std::max(end, f.span.far);
-    sum = integrate::over(sum, integrate::integrate(screen_->frame().transfer_function, f.span.front, f.span.back,
-                                                    (f.span.far - f.span.near) * pixels_.length[i]));
+bool TilePainter::collect(std::span<const Entry> entries, std::size_t most) {
+  fragments_.clear();
+  const bool tetrahedral = screen_->mesh().tetrahedral();
+  for (std::size_t begin = 0; begin < entries.size();) {
+    std::size_t end = begin;
+    while (tetrahedral && end < entries.size() && !entries[end].cut())
+      ++end;
+    if (end > begin &&
+        !collectTetrahedra(view_, entries.subspan(begin, end - begin), wanted_, pixels_, scratch_, most, fragments_)) {
+      return false;
+    }
+    for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end) {
+      collectCell(entries[end]);
+      if (fragments_.size() > most) return false;
+    }
+    begin = end;
   }
-  pixels_.red[i] = static_cast<float>(sum.color[0]);
-  pixels_.green[i] = static_cast<float>(sum.color[1]);
-  pixels_.blue[i] = static_cast<float>(sum.color[2]);
-  pixels_.light[i] = static_cast<float>(1.0 - sum.alpha);
+  return true;
+}
+
+void TilePainter::collectCell(Entry entry) {
+  const mesh::Id cell = cellOf(entry);
+  const Box box = pixelBox(*screen_, screen_->mesh().vertices(cell), window_);
+  bool set = false;
+  for (int y = box.y0 - window_.y0; y < box.y1 - window_.y0; ++y) {
+    for (int x = box.x0 - window_.x0; x < box.x1 - window_.x0; ++x) {
+      const std::size_t i = pixelIndex(x, y);
+      if ((wanted_[i / block_pixels] >> (i % block_pixels) & 1) == 0) continue;
+      if (!set) setShape(entry);
+      set = true;
+      shape_.spans(window_.x0 + x + 0.5, window_.y0 + y + 0.5, spans_);
+      for (const Span& span : spans_) {
+        const integrate::Radiance r = radiance(i, span);
+        fragments_.push_back({static_cast<float>(screen_->depths().nearness(span.near)),
+                              static_cast<float>(screen_->depths().nearness(span.far)), static_cast<float>(r.color[0]),
+                              static_cast<float>(r.color[1]), static_cast<float>(r.color[2]),
+                              static_cast<float>(1.0 - r.alpha), static_cast<std::uint32_t>(i)});
+      }
+    }
+  }
+}
+
+// What still overlaps, though in order, does so in space.
+void TilePainter::compositeSorted(std::span<Fragment> fragments) {
+  if (fragments.empty()) return;
+  std::stable_sort(fragments.begin(), fragments.end(), [](const Fragment& a, const Fragment& b) {
+    return a.near != b.near ? a.near > b.near : a.far > b.far;
+  });
+  const std::size_t i = fragments.front().pixel;
+  bool overlap = false;
+  float end = std::numeric_limits<float>::infinity();
+  float red = 0.0F, green = 0.0F, blue = 0.0F, light = 1.0F;
+  for (const Fragment& f : fragments) {
+    const float tolerance = view_.overlap_at + view_.overlap_slope * std::max(f.near, 0.0F);
+    if (f.near > f.far + solid_share * tolerance) {
+      overlap = overlap || f.near > end + tolerance;
+      end = std::min(end, f.far);
+    }
+    red += light * f.red;
+    green += light * f.green;
+    blue += light * f.blue;
+    light *= f.light;
+  }
+  pixels_.red[i] = red;
+  pixels_.green[i] = green;
+  pixels_.blue[i] = blue;
+  pixels_.light[i] = light;
   ++(overlap ? stats_.unresolved : stats_.resolved);
 }
 

@@ -13,12 +13,9 @@
 #include "spillikin/composite/native_pixels.h"
 #include "spillikin/composite/native_screen.h"
 #include "spillikin/composite/native_whole.h"
+#include "spillikin/integrate/segment.h"
 
 namespace spillikin::composite::native {
-
-// Beyond this share of the depth, fragments that have been put in order in double precision still overlap only where
-// the cells themselves do.
-inline constexpr double resolved_tolerance = 1e-9;
 
 struct TileStats {
   std::size_t fragments = 0, flagged = 0, resolved = 0, unresolved = 0;
@@ -38,11 +35,6 @@ class TilePainter {
   TileStats paint(const Screen& screen, std::span<const Entry> entries, const Box& window, Image& image);
 
  private:
-  struct Fragment {
-    std::uint32_t pixel = 0;
-    mesh::Id cell = 0;
-    Span span;
-  };
   void begin(const Screen& screen, const Box& window);
   void setView();
   void setClips();
@@ -50,9 +42,14 @@ class TilePainter {
   void addCell(Entry entry);
   void addRay(std::size_t pixel);
   void addSpan(std::size_t pixel, const Span& span);
-  mesh::Id setShape(Entry entry);
+  mesh::Id cellOf(Entry entry) const;
+  void setShape(Entry entry);
+  integrate::Radiance radiance(std::size_t pixel, const Span& span) const;
   void resolve(std::span<const Entry> entries);
-  void compositeSorted(std::span<const Fragment> fragments);
+  void resolvePart(std::span<const Entry> entries, std::span<const std::uint16_t> pixels);
+  bool collect(std::span<const Entry> entries, std::size_t most);
+  void collectCell(Entry entry);
+  void compositeSorted(std::span<Fragment> fragments);
   void write(Image& image) const;
 
   const Screen* screen_ = nullptr;
@@ -63,7 +60,10 @@ class TilePainter {
   CellShape shape_;
   WholeCell whole_;
   std::vector<Span> spans_;
-  std::vector<Fragment> fragments_;
+  PixelMask wanted_{};
+  std::vector<std::uint16_t> flagged_;
+  std::vector<Fragment> fragments_, by_pixel_;
+  std::vector<std::uint32_t> next_;
   TileStats stats_;
 };
 

@@ -87,8 +87,9 @@ bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, Wh
     setPlanes(view, t, flat);
     out.look.lo = std::min(out.look.lo, flat.lo);
     out.look.hi = std::max(out.look.hi, flat.hi);
-    for (const double value : t.value) {
-      const auto piece = static_cast<std::int32_t>(screen.piece(value));
+    for (const mesh::Id id : t.id) {
+      const auto piece = static_cast<std::int32_t>(screen.cell_pieces().empty() ? screen.vertex(id).piece
+                                                                                : screen.cell_pieces()[shape.cell()]);
       out.look.first = std::min(out.look.first, piece);
       out.look.last = std::max(out.look.last, piece);
     }
