@@ -282,6 +282,10 @@ TEST_F(FieldTest, ErrorsNameTheArraysAndTheNearest) {
   expectHas(select("presure", 0), "velocity, material, pressure");
   expectHas(select("velocity", 3), "has no component 3; it has 0 to 2");
   expectHas(select("velocity", -2), "no component -2");
+  Source smaller = source_;  // not the file that the mesh was built from
+  smaller.points.pop_back();
+  smaller.arrays[2].values.pop_back();
+  expectHas(message([&] { selectField(smaller, mesh_, "pressure"); }), "does not reach all of the mesh");
   source_.arrays[2].values.pop_back();
   expectHas(select("pressure", 0), "array 'pressure' has 26 values");
   source_.arrays.clear();

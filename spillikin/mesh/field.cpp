@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cmath>
 #include <numeric>
@@ -113,6 +114,42 @@ double interpolated(const Array& array, const Mesh& mesh, std::size_t made, int 
   return scalar(tuple, 0, component);
 }
 
+// Calls value(i, values[i]) for all i < n; false from it means that the mesh was not built from this source.
+template <class Value>
+void fill(const Source& source, const Array& array, std::size_t n, std::vector<double>& values, const Value& value) {
+  std::atomic<bool> strange{false};
+  values.resize(n);
+  parallelFor(n, [&](std::size_t i) {
+    if (!value(i, values[i])) strange.store(true, std::memory_order_relaxed);
+  });
+  if (strange) {
+    throw Error(fmt::format("{}: array '{}' does not reach all of the mesh; build the mesh from this file", source.name,
+                            array.name));
+  }
+}
+
+void pointValues(const Source& source, const Mesh& mesh, const Array& array, int component,
+                 std::vector<double>& values) {
+  const std::size_t in_file = source.points.size();
+  const std::size_t made = mesh.made_offset.empty() ? 0 : mesh.made_offset.size() - 1;
+  fill(source, array, mesh.points.size(), values, [&](std::size_t v, double& value) {
+    const std::size_t p = mesh.point_file_id[v];
+    if (p >= in_file + made) return false;
+    value = p < in_file ? scalar(array, p, component) : interpolated(array, mesh, p - in_file, component);
+    return true;
+  });
+}
+
+void cellValues(const Source& source, const Mesh& mesh, const Array& array, int component,
+                std::vector<double>& values) {
+  fill(source, array, mesh.cell_count(), values, [&](std::size_t c, double& value) {
+    const std::size_t file = mesh.cell_file_id[c];
+    if (file >= source.types.size()) return false;
+    value = scalar(array, file, component);
+    return true;
+  });
+}
+
 struct Range {
   double lo = INFINITY, hi = -INFINITY;
   std::size_t hidden = 0;
@@ -175,16 +212,9 @@ Field selectField(const Source& source, const Mesh& mesh, const std::string& nam
   }
   field.association = array->association;
   if (array->association == Association::cells) {
-    field.values.resize(mesh.cell_count());
-    parallelFor(mesh.cell_count(),
-                [&](std::size_t c) { field.values[c] = scalar(*array, mesh.cell_file_id[c], component); });
+    cellValues(source, mesh, *array, component, field.values);
   } else {
-    field.values.resize(mesh.points.size());
-    const std::size_t in_file = source.points.size();
-    parallelFor(mesh.points.size(), [&](std::size_t v) {
-      const std::size_t p = mesh.point_file_id[v];
-      field.values[v] = p < in_file ? scalar(*array, p, component) : interpolated(*array, mesh, p - in_file, component);
-    });
+    pointValues(source, mesh, *array, component, field.values);
   }
   lookAtValues(mesh, field);
   return field;
