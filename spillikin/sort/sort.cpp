@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/sort/convexified.h"
 #include "spillikin/sort/mpvo.h"
 #include "spillikin/sort/power.h"
 #include "spillikin/sort/simple_orders.h"
@@ -54,6 +55,8 @@ std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) 
       return std::make_unique<Mpvo>(mesh);
     case Algorithm::xmpvo:
       return std::make_unique<Xmpvo>(mesh);
+    case Algorithm::convexified:
+      return std::make_unique<Convexified>(mesh);
     case Algorithm::power:
       return std::make_unique<PowerSort>(mesh);
     case Algorithm::centroid:

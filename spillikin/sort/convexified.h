@@ -1,0 +1,34 @@
+// MPVO on a mesh whose outside is filled.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "spillikin/sort/mpvo.h"
+#include "spillikin/sort/sort.h"
+
+namespace spillikin::sort {
+
+// Max, Williams, Silva 2000, section III, "a final approach": the space between the mesh and its convex hull, holes and
+// cavities too, is filled once with tetrahedra (tetgen_filling.h) that are sorted and never listed. Exact: the filled
+// mesh is convex, which is checked. Cost of a view: O(n + e), e filling cells. Keeps a copy of the mesh with them.
+//
+// Needs tetrahedra. Throws Error where no filling is found; the message says why.
+class Convexified final : public Sorter {
+ public:
+  explicit Convexified(const mesh::Mesh& mesh);
+  void operator()(const Viewpoint& viewpoint, Order& order) override;
+  Algorithm algorithm() const override { return Algorithm::convexified; }
+  std::string why() const override;
+  bool exact() const override { return true; }
+  std::size_t bytes() const override;
+
+  std::size_t fillingCells() const { return filled_->cell_count() - cells_; }
+
+ private:
+  std::size_t cells_;  // of the mesh; those after them fill
+  std::unique_ptr<mesh::Mesh> filled_;
+  std::unique_ptr<Mpvo> mpvo_;
+};
+
+}  // namespace spillikin::sort
