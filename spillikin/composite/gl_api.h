@@ -11,6 +11,7 @@
 namespace spillikin::composite {
 
 #define SPILLIKIN_GL_FUNCTIONS(F) \
+  F(ActiveTexture)                \
   F(AttachShader)                 \
   F(BeginQuery)                   \
   F(BindBuffer)                   \
@@ -71,7 +72,9 @@ namespace spillikin::composite {
   F(ReadPixels)                   \
   F(RenderbufferStorage)          \
   F(ShaderSource)                 \
+  F(TexBuffer)                    \
   F(TexImage2D)                   \
+  F(TexImage3D)                   \
   F(TexParameteri)                \
   F(UnmapBuffer)                  \
   F(UseProgram)                   \

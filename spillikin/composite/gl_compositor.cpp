@@ -76,7 +76,8 @@ class GlCompositor : public Compositor {
   const Gl& gl_;
   GlTarget target_;
   GLuint vertex_array_ = 0, samples_ = 0;
-  GlBuffer index_, view_, transfer_buffer_, plane_buffer_;
+  GlBuffer index_, view_;
+  GlTexels transfer_buffer_, plane_buffer_;
   std::array<Stream, streams> streams_;
   std::vector<Program> programs_;
 
@@ -136,9 +137,10 @@ GlCompositor::~GlCompositor() {
     for (const Program& made : programs_) {
       gl_.DeleteProgram(made.id);
     }
-    for (GlBuffer* buffer : {&index_, &view_, &transfer_buffer_, &plane_buffer_}) {
-      buffer->destroy(gl_);
-    }
+    index_.destroy(gl_);
+    view_.destroy(gl_);
+    transfer_buffer_.destroy(gl_);
+    plane_buffer_.destroy(gl_);
     target_.destroy(gl_);
     gl_.DeleteQueries(1, &samples_);
     gl_.DeleteVertexArrays(1, &vertex_array_);
@@ -188,9 +190,9 @@ void GlCompositor::prepareMesh(const Frame& frame) {
   paint_.clear();
   for (Stream& stream : streams_) {
     wait(stream);
-    stream.cells.reserve(gl_, capacity_.cells * sizeof(CellRecord));
-    stream.vertices.reserve(gl_, capacity_.vertices * sizeof(ScreenVertex));
-    stream.triangles.reserve(gl_, std::max<std::size_t>(1, capacity_.triangles) * sizeof(std::uint32_t));
+    stream.cells.reserve(gl_, GL_RGBA32UI, capacity_.cells * sizeof(CellRecord));
+    stream.vertices.reserve(gl_, GL_RGBA32F, capacity_.vertices * sizeof(ScreenVertex));
+    stream.triangles.reserve(gl_, GL_R32UI, std::max<std::size_t>(1, capacity_.triangles) * sizeof(std::uint32_t));
   }
 }
 
@@ -243,7 +245,7 @@ void GlCompositor::prepareTransfer(const Frame& frame, const FrameMap& map) {
     return;
   }
   const std::vector<TransferPiece> pieces = transferPieces(frame.transfer_function, scalar_map_, map.unit());
-  transfer_buffer_.upload(gl_, GL_SHADER_STORAGE_BUFFER, pieces.data(), pieces.size() * sizeof(TransferPiece));
+  transfer_buffer_.upload(gl_, GL_RGBA32F, pieces.data(), pieces.size() * sizeof(TransferPiece));
   pieces_ = static_cast<std::int32_t>(pieces.size());
   pieces_unit_ = map.unit();
 }
@@ -268,7 +270,7 @@ void GlCompositor::preparePlanes(const Frame& frame, const FrameMap& map) {
   }
   const ScreenPlane nothing;
   const bool empty = planes_.empty();
-  plane_buffer_.upload(gl_, GL_SHADER_STORAGE_BUFFER, empty ? &nothing : planes_.data(),
+  plane_buffer_.upload(gl_, GL_RGBA32F, empty ? &nothing : planes_.data(),
                        (empty ? 1 : planes_.size()) * sizeof(ScreenPlane));
 }
 
@@ -292,8 +294,8 @@ void GlCompositor::drawTile(const Frame& frame, const FrameMap& map, const Tile&
   gl_.BindVertexArray(vertex_array_);
   gl_.UseProgram(program({topology_->tetrahedra(), cellField(frame)}));
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, gl_binding::view, view_.id());
-  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, gl_binding::planes, plane_buffer_.id());
-  gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, gl_binding::transfer, transfer_buffer_.id());
+  plane_buffer_.bind(gl_, gl_binding::planes);
+  transfer_buffer_.bind(gl_, gl_binding::transfer);
   const auto left = static_cast<float>(tile.x - map.center_x());
   const auto top = static_cast<float>(tile.y - map.center_y());
   const Window window{left, top, left + static_cast<float>(tile.width), top + static_cast<float>(tile.height)};

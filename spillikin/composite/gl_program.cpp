@@ -34,6 +34,15 @@ GLuint compile(const Gl& gl, GLenum stage, const std::string& source) {
   return shader;
 }
 
+// Makes the texture if need be and lets it read the buffer.
+void attach(const Gl& gl, GLuint& texture, GLenum format, GLuint buffer) {
+  if (texture == 0) {
+    gl.GenTextures(1, &texture);
+  }
+  gl.BindTexture(GL_TEXTURE_BUFFER, texture);
+  gl.TexBuffer(GL_TEXTURE_BUFFER, format, buffer);
+}
+
 }  // namespace
 
 GLuint makeProgram(const Gl& gl, const std::string& vertex_source, const std::string& fragment_source) {
@@ -70,17 +79,35 @@ void GlBuffer::destroy(const Gl& gl) {
   id_ = 0;
 }
 
-void GlStream::reserve(const Gl& gl, std::size_t bytes) {
+void GlTexels::upload(const Gl& gl, GLenum format, const void* data, std::size_t bytes) {
+  buffer_.upload(gl, GL_TEXTURE_BUFFER, data, bytes);
+  attach(gl, texture_, format, buffer_.id());
+  check(gl, "sending a buffer");
+}
+
+void GlTexels::bind(const Gl& gl, unsigned unit) const {
+  gl.ActiveTexture(GL_TEXTURE0 + unit);
+  gl.BindTexture(GL_TEXTURE_BUFFER, texture_);
+}
+
+void GlTexels::destroy(const Gl& gl) {
+  gl.DeleteTextures(1, &texture_);
+  buffer_.destroy(gl);
+  texture_ = 0;
+}
+
+void GlStream::reserve(const Gl& gl, GLenum format, std::size_t bytes) {
   if (bytes <= bytes_) {
     return;
   }
   destroy(gl);
   gl.GenBuffers(1, &id_);
-  gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
+  gl.BindBuffer(GL_TEXTURE_BUFFER, id_);
   constexpr GLbitfield access = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
   const auto size = static_cast<GLsizeiptr>(bytes);
-  gl.BufferStorage(GL_SHADER_STORAGE_BUFFER, size, nullptr, access);
-  data_ = gl.MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0, size, access);
+  gl.BufferStorage(GL_TEXTURE_BUFFER, size, nullptr, access);
+  data_ = gl.MapBufferRange(GL_TEXTURE_BUFFER, 0, size, access);
+  attach(gl, texture_, format, id_);
   check(gl, "making a stream buffer");
   if (data_ == nullptr) {
     throw Error("OpenGL: a stream buffer cannot be mapped; use --backend native");
@@ -88,15 +115,17 @@ void GlStream::reserve(const Gl& gl, std::size_t bytes) {
   bytes_ = bytes;
 }
 
-void GlStream::destroy(const Gl& gl) {
-  gl.DeleteBuffers(1, &id_);
-  id_ = 0;
-  bytes_ = 0;
-  data_ = nullptr;
+void GlStream::bind(const Gl& gl, unsigned unit) const {
+  gl.ActiveTexture(GL_TEXTURE0 + unit);
+  gl.BindTexture(GL_TEXTURE_BUFFER, texture_);
 }
 
-void GlStream::bind(const Gl& gl, unsigned binding) const {
-  gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, id_);
+void GlStream::destroy(const Gl& gl) {
+  gl.DeleteTextures(1, &texture_);
+  gl.DeleteBuffers(1, &id_);
+  id_ = texture_ = 0;
+  bytes_ = 0;
+  data_ = nullptr;
 }
 
 }  // namespace spillikin::composite

@@ -11,7 +11,7 @@ namespace spillikin::composite {
 // Compiles and links. Throws Error with the driver's first line of complaint.
 GLuint makeProgram(const Gl& gl, const std::string& vertex_source, const std::string& fragment_source);
 
-// A storage or uniform buffer that is replaced as a whole now and then.
+// A buffer that is replaced as a whole now and then.
 class GlBuffer {
  public:
   void upload(const Gl& gl, GLenum target, const void* data, std::size_t bytes);
@@ -22,16 +22,28 @@ class GlBuffer {
   GLuint id_ = 0;
 };
 
-// A storage buffer that the CPU writes while the GPU may be reading another: mapped once, for good.
+// A buffer that shaders read as texels of one format.
+class GlTexels {
+ public:
+  void upload(const Gl& gl, GLenum format, const void* data, std::size_t bytes);
+  void bind(const Gl& gl, unsigned unit) const;
+  void destroy(const Gl& gl);
+
+ private:
+  GlBuffer buffer_;
+  GLuint texture_ = 0;
+};
+
+// The same for data that the CPU writes while the GPU may be reading another stream: mapped once, for good.
 class GlStream {
  public:
-  void reserve(const Gl& gl, std::size_t bytes);
+  void reserve(const Gl& gl, GLenum format, std::size_t bytes);
+  void bind(const Gl& gl, unsigned unit) const;
   void destroy(const Gl& gl);
-  void bind(const Gl& gl, unsigned binding) const;
   void* data() const { return data_; }
 
  private:
-  GLuint id_ = 0;
+  GLuint id_ = 0, texture_ = 0;
   std::size_t bytes_ = 0;
   void* data_ = nullptr;
 };

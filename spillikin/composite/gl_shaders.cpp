@@ -1,5 +1,7 @@
 #include "spillikin/composite/gl_shaders.h"
 
+#include "spillikin/integrate/segment_glsl.h"
+
 namespace spillikin::composite {
 
 namespace {
@@ -13,16 +15,12 @@ layout(std140, binding = 0) uniform View {
   vec4 window;      // image position to clip space: xy * position + zw
   ivec4 counts;     // x: clip planes of the view, y: pieces of the transfer function
 };
-struct Cell {
-  vec4 hull01, hull23;  // corners of a convex quadrilateral that covers the cell's projection
-  vec4 paint;           // colour and extinction, for fields that are constant in each cell
-  uvec4 at;             // first vertex, first triangle, triangles, planes (first << 8 | count)
-};
-layout(std430, binding = 0) readonly buffer Cells { Cell cells[]; };
-layout(std430, binding = 1) readonly buffer Vertices { vec4 vertices[]; };    // x * h, y * h, depth, scalar
-layout(std430, binding = 2) readonly buffer Triangles { uint triangles[]; };  // three vertices of 10 bits, ascending
-layout(std430, binding = 3) readonly buffer Planes { vec4 planes[]; };
-layout(std430, binding = 4) readonly buffer Transfer { vec4 pieces[]; };
+// Buffers, read as texels: software rasterizers gather those many times faster than they read storage blocks.
+layout(binding = 0) uniform usamplerBuffer cells;      // four texels each, see the vertex shader
+layout(binding = 1) uniform samplerBuffer vertices;    // x * h, y * h, depth, scalar
+layout(binding = 2) uniform usamplerBuffer triangles;  // three vertices of 10 bits, ascending
+layout(binding = 3) uniform samplerBuffer planes;      // two texels each
+layout(binding = 4) uniform samplerBuffer pieces;      // three texels each
 )";
 
 constexpr const char* vertex_main = R"(
@@ -33,19 +31,26 @@ flat out vec4 v2;
 flat out vec4 v3;
 #endif
 flat out uvec4 at;
+#ifdef CELL_FIELD
 flat out vec4 paint;
+#endif
 void main() {
-  Cell cell = cells[gl_VertexID >> 2];
-  vec4 two = (gl_VertexID & 2) == 0 ? cell.hull01 : cell.hull23;
+  // Of a cell: the corners of its cover, two to a texel; colour and extinction, for fields that are constant in each
+  // cell; first vertex, first triangle, triangles, planes (first << 8 | count).
+  int cell = 4 * (gl_VertexID >> 2);
+  vec4 two = uintBitsToFloat(texelFetch(cells, cell + ((gl_VertexID >> 1) & 1)));
   vec2 corner = (gl_VertexID & 1) == 0 ? two.xy : two.zw;
   gl_Position = vec4(corner * window.xy + window.zw, 0.0, 1.0);
-  at = cell.at;
-  paint = cell.paint;
+#ifdef CELL_FIELD
+  paint = uintBitsToFloat(texelFetch(cells, cell + 2));
+#endif
+  at = texelFetch(cells, cell + 3);
 #ifdef TETRAHEDRA
-  v0 = vertices[at.x];
-  v1 = vertices[at.x + 1u];
-  v2 = vertices[at.x + 2u];
-  v3 = vertices[at.x + 3u];
+  int first = int(at.x);
+  v0 = texelFetch(vertices, first);
+  v1 = texelFetch(vertices, first + 1);
+  v2 = texelFetch(vertices, first + 2);
+  v3 = texelFetch(vertices, first + 3);
 #endif
 }
 )";
@@ -86,8 +91,8 @@ vec2 crossingOf(vec4 a, vec4 b, vec4 c, float ab, float bc, float ac) {
 // kept where f + depth * g >= 0; the field is left as it was.
 constexpr const char* trimming = R"(
 void trimBy(int i, vec2 p, inout float near, inout float far) {
-  vec4 f = planes[2 * i];
-  vec4 g = planes[2 * i + 1];
+  vec4 f = texelFetch(planes, 2 * i);
+  vec4 g = texelFetch(planes, 2 * i + 1);
   float at = f.x + f.y * p.x + f.z * p.y;
   float slope = g.x + g.y * p.x + g.z * p.y;
   float depth = -at / slope;
@@ -106,43 +111,23 @@ void trim(vec2 p, uint own, inout float near, inout float far) {
 
 constexpr const char* constant_cell = R"(
 flat in vec4 paint;
-// 1 - exp(-x) to relative accuracy.
-float opacity(float x) {
-  float series = x * (1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x / 720.0)))));
-  return x < 0.25 ? series : 1.0 - exp(-x);
-}
 vec4 segment(float front, float back, float len) {
-  float alpha = opacity(paint.a * len);
+  float alpha = segmentOpacity(paint.a * len);
   return vec4(paint.rgb * alpha, alpha);
 }
 )";
 
 // The absorption-emission integral over a segment on which the scalar is linear, cut at the breakpoints of the transfer
-// function, and into steps of at most `max_depth` of optical depth, in each of which the weights of the front and the
-// back colour, w_f = int tau l (1 - s) exp(-T(s)) ds and w_b = int tau l s exp(-T(s)) ds, are integrated by five Gauss
-// points: all terms are positive, so that thin segments keep their relative accuracy (error below 1e-6).
+// function, by the float weights of integrate (6e-6 relative, for thin segments too).
 constexpr const char* linear_cell = R"(
-const float max_depth = 1.0;
 const float opaque = 1e-7;  // transmittance under which nothing behind is seen
-float expOf(float t) { return exp(-t); }
-vec2 node(float s, float weight, float x, float slope) {
-  float tau = x + slope * s;
-  float k = weight * tau * exp(-s * (x + 0.5 * slope * s));
-  return vec2(k * (1.0 - s), k * s);
-}
-vec2 weights(float x, float y) {
-  float d = y - x;
-  return node(0.04691007703066802, 0.11846344252809454, x, d) + node(0.23076534494715845, 0.23931433524968324, x, d) +
-         node(0.5, 0.28444444444444444, x, d) + node(0.76923465505284155, 0.23931433524968324, x, d) +
-         node(0.95308992296933200, 0.11846344252809454, x, d);
-}
 // The last piece that begins at or before s (strictly before, when descending from it).
 int pieceOf(float s, bool descending) {
   int lo = 0;
   int hi = counts.y - 1;
   while (lo < hi) {
     int mid = (lo + hi + 1) >> 1;
-    float begin = pieces[3 * mid].x;
+    float begin = texelFetch(pieces, 3 * mid).x;
     bool after = descending ? begin >= s : begin > s;
     lo = after ? lo : mid;
     hi = after ? mid - 1 : hi;
@@ -157,29 +142,25 @@ vec4 segment(float front, float back, float len) {
   float s = front;
   vec3 color = vec3(0.0);
   float alpha = 0.0;
-  while (t < 1.0 && 1.0 - alpha > opaque) {
-    vec4 domain = pieces[3 * k];  // begin, end, reference, 1 / width
-    vec4 low = pieces[3 * k + 1];
-    vec4 step_up = pieces[3 * k + 2];  // high - low
+  bool last = false;
+  for (int turn = 0; turn < counts.y && !last && 1.0 - alpha > opaque; ++turn) {
+    vec4 domain = texelFetch(pieces, 3 * k);  // begin, end, reference, 1 / width
+    vec4 low = texelFetch(pieces, 3 * k + 1);
+    vec4 rise = texelFetch(pieces, 3 * k + 2);
     float bound = descending ? domain.x : domain.y;
-    bool last = ds == 0.0 || (descending ? bound <= back : bound >= back);
+    last = ds == 0.0 || (descending ? bound <= back : bound >= back);
     float s_end = last ? back : bound;
     float t_end = last ? 1.0 : clamp((bound - front) / ds, t, 1.0);
-    vec4 a = low + step_up * clamp((s - domain.z) * domain.w, 0.0, 1.0);
-    vec4 b = low + step_up * clamp((s_end - domain.z) * domain.w, 0.0, 1.0);
+    vec4 a = low + rise * clamp((s - domain.z) * domain.w, 0.0, 1.0);
+    vec4 b = low + rise * clamp((s_end - domain.z) * domain.w, 0.0, 1.0);
     float l = len * (t_end - t);
-    float x = a.a * l;
-    float y = b.a * l;
-    bool whole = x + y <= 2.0 * max_depth;
-    float part = whole ? 1.0 : 2.0 * max_depth / (x + sqrt(max(x * x + 2.0 * (y - x) * max_depth, 0.0)));
-    b = whole ? b : mix(a, b, part);
-    vec2 w = weights(x * part, b.a * l * part);
+    vec3 w = segmentWeights(a.a * l, b.a * l);
     float through = 1.0 - alpha;
     color += through * (a.rgb * w.x + b.rgb * w.y);
-    alpha += through * (w.x + w.y);
-    k += whole && !last ? (descending ? -1 : 1) : 0;
-    t = whole ? t_end : t + part * (t_end - t);
-    s = whole ? s_end : front + t * ds;
+    alpha += through * w.z;
+    k += descending ? -1 : 1;
+    t = t_end;
+    s = s_end;
   }
   return vec4(color, alpha);
 }
@@ -251,10 +232,10 @@ const float none = 3.0e38;
 const int nothing = 0x7fffffff;
 // Depth and scalar of the crossing with triangle i, or none.
 vec2 meet(int i, vec2 p) {
-  uint corners = triangles[at.y + uint(i)];
-  vec4 va = vertices[at.x + (corners & 1023u)];
-  vec4 vb = vertices[at.x + ((corners >> 10) & 1023u)];
-  vec4 vc = vertices[at.x + (corners >> 20)];
+  uint corners = texelFetch(triangles, int(at.y) + i).x;
+  vec4 va = texelFetch(vertices, int(at.x + (corners & 1023u)));
+  vec4 vb = texelFetch(vertices, int(at.x + ((corners >> 10) & 1023u)));
+  vec4 vc = texelFetch(vertices, int(at.x + (corners >> 20)));
   Corner a = corner(va, p);
   Corner b = corner(vb, p);
   Corner c = corner(vc, p);
@@ -308,6 +289,9 @@ std::string header(const CellShader& shader) {
   if (shader.tetrahedra) {
     text += "#define TETRAHEDRA\n";
   }
+  if (shader.cell_field) {
+    text += "#define CELL_FIELD\n";
+  }
   return text;
 }
 
@@ -318,7 +302,8 @@ std::string cellVertexShader(const CellShader& shader) {
 }
 
 std::string cellFragmentShader(const CellShader& shader) {
-  return header(shader) + crossing + trimming + (shader.cell_field ? constant_cell : linear_cell) + fragment_common +
+  return header(shader) + integrate::segment_glsl + crossing + trimming +
+         (shader.cell_field ? constant_cell : linear_cell) + fragment_common +
          (shader.tetrahedra ? tetrahedron_main : general_main);
 }
 

@@ -8,7 +8,7 @@ namespace spillikin::composite {
 // Binding points that the shaders and the compositor agree on.
 namespace gl_binding {
 inline constexpr unsigned view = 0;   // uniform block
-inline constexpr unsigned cells = 0;  // storage blocks from here on
+inline constexpr unsigned cells = 0;  // buffer textures from here on
 inline constexpr unsigned vertices = 1;
 inline constexpr unsigned triangles = 2;
 inline constexpr unsigned planes = 3;
