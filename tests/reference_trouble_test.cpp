@@ -59,6 +59,24 @@ TEST(ReferenceTrouble, NoFalseAlarms) {
   EXPECT_EQ(report.gaps, 0U);
 }
 
+// Rays through vertices and along faces are full of cells that they only touch.
+TEST(ReferenceTrouble, NoFalseAlarmsWhenAligned) {
+  for (const bool tetrahedra : {false, true}) {
+    const Scene scene(tetrahedra ? tetrahedronGrid(8) : hexahedronGrid(8));
+    for (const Vec3 eye : {Vec3(4, 4, 25), Vec3(25, 4, 25), Vec3(25, 25, 25), Vec3(10, 13, 25)}) {
+      for (const double scale : {0.0, 33 / 8.0}) {
+        View view = lookAt(eye, {4, 4, 4}, 65, 65);
+        view.parallel_scale = scale;
+        Report report;
+        scene.caster.render(view, constantMedium(1.0), {}, &report);
+        EXPECT_GT(report.intervals, 5000U);
+        EXPECT_EQ(report.gaps, 0U);
+        EXPECT_EQ(report.overlaps, 0U);
+      }
+    }
+  }
+}
+
 // What lies behind the eye is not looked at, and its absence is no gap.
 TEST(ReferenceTrouble, NoFalseAlarmsFromInside) {
   const Scene random(delaunayCube(2000, 8)), grid(hexahedronGrid(8));

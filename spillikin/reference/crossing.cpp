@@ -123,6 +123,8 @@ void cross(const Line& line, const std::vector<Vec3>& points, std::span<const me
       continue;
     }
     s.crossings.push_back(place(line, points, vertices, triangle, values, s));
+    // The three sides add up to the triangle's normal times d, over d_k.
+    s.crossings.back().leaving = (first > 0) == (line.d[line.k] > 0.0);
   }
   std::sort(s.crossings.begin(), s.crossings.end(), [](const Crossing& a, const Crossing& b) { return a.t < b.t; });
 }

@@ -14,7 +14,8 @@ namespace spillikin::reference {
 // One triangle crossed: at line.o + t line.d, with the scalar there, linear in the triangle.
 struct Crossing {
   double t = 0.0, scalar = 0.0;
-  Local face = 0;  // index into Mesh::faces(cell)
+  Local face = 0;        // index into Mesh::faces(cell)
+  bool leaving = false;  // the line leaves the side that the triangle's normal points away from
 };
 
 // Room for one cell, made once per thread.

@@ -127,7 +127,9 @@ void RayCaster::Impl::addCrossings(mesh::Id cell, bool faces, Scratch& s) const 
   const std::vector<Crossing>& crossings = s.cell.crossings;
   for (std::size_t n = 0; n + 1 < crossings.size(); n += 2) {
     Span span{cell, mesh::none, crossings[n].t, crossings[n + 1].t, crossings[n].scalar, crossings[n + 1].scalar};
-    if (faces) span.leave_face = mesh.faces(cell)[crossings[n + 1].face].face();
+    // Ends out of order by rounding (the span then has no length to speak of), or a cell inside out: face not known.
+    const bool in_order = !crossings[n].leaving && crossings[n + 1].leaving;
+    if (faces && in_order) span.leave_face = mesh.faces(cell)[crossings[n + 1].face].face();
     if (field.association == mesh::Association::cells) span.front = span.back = field.values[cell];
     s.spans.push_back(span);
   }

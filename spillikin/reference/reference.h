@@ -57,6 +57,8 @@ class RayCaster {
   // The cells on the ray of image position (x, y), front to back (by entry, then by leaving); `out` is overwritten. A
   // cell comes once per piece of the ray inside it (nonconvex cells), per tetrahedron with the model tets, and per
   // linear piece of its field with the model isoparametric. Trimmed to what is drawn; hidden cells are left out.
+  // Cells that the ray only touches (at a vertex, along an edge) may show with lengths of the size of rounding, and
+  // such intervals may come in any order among themselves; their part in the picture is of that size too.
   void intervals(const View& view, double x, double y, const Options& options, std::vector<Interval>& out) const;
 
   // For each pixel of the view, row by row: 1 where its centre lies within 1/256 pixel of the projection of an exterior
