@@ -64,6 +64,7 @@ BENCHMARK(referenceRender)
     ->Args({12, 256, 1})
     ->Args({55, 512, 0})
     ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
     ->UseRealTime();
 
 void referencePrepare(benchmark::State& state) {
