@@ -68,6 +68,8 @@ std::string damaged(std::string bytes, std::mt19937_64& random) {
   return bytes;
 }
 
+constexpr double longest = 20.0;  // seconds that any of these small files may take, on a busy machine too
+
 class Fuzz : public testing::TestWithParam<Sample> {};
 
 TEST_P(Fuzz, IsReadOrRefused) {
@@ -79,7 +81,6 @@ TEST_P(Fuzz, IsReadOrRefused) {
   const TempFolder folder;
   sample.write(folder);
   int refused = 0;
-  double slowest = 0.0;
   for (int run = 0; run < runs; ++run) {
     const std::uint64_t seed = first + static_cast<std::uint64_t>(run);
     std::mt19937_64 random(seed);
@@ -98,10 +99,10 @@ TEST_P(Fuzz, IsReadOrRefused) {
       EXPECT_EQ(text.find('\n'), std::string::npos) << text;
       EXPECT_NE(text.find(';'), std::string::npos) << "no remedy: " << text;
     }
-    slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    EXPECT_LT(took, longest) << "seconds";
     tests::writeText(path, whole);
   }
-  EXPECT_LT(slowest, 20.0);
   EXPECT_GT(refused, 0);
   RecordProperty("refused", refused);
 }

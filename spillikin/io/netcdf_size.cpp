@@ -3,12 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <limits>
 #include <vector>
 
 namespace spillikin::io {
 namespace {
 
 constexpr std::uint64_t streaming = 0xFFFFFFFFU;  // as the number of records: not known
+
+constexpr std::uint64_t beyond = std::numeric_limits<std::uint64_t>::max();
+
+// Sums and products that stop at the largest number.
+std::uint64_t plus(std::uint64_t a, std::uint64_t b) {
+  return a > beyond - b ? beyond : a + b;
+}
+std::uint64_t times(std::uint64_t a, std::uint64_t b) {
+  return b != 0 && a > beyond / b ? beyond : a * b;
+}
 
 std::uint64_t padded(std::uint64_t bytes) {
   return (bytes + 3) / 4 * 4;
@@ -50,7 +61,7 @@ class Header {
     for (std::uint64_t left = list(); good_ && left > 0; --left) {
       skipName();
       const std::uint64_t size = typeSize(word());
-      skip(padded(count() * size));
+      skip(padded(times(count(), size)));
     }
   }
 
@@ -85,11 +96,11 @@ Variable readVariable(Header& header, const std::vector<std::uint64_t>& dimensio
     if (d == 0 && length == 0) {
       variable.record = true;
     } else {
-      values *= length;
+      values = times(values, length);
     }
   }
   header.skipAttributes();
-  variable.bytes = values * typeSize(header.word());
+  variable.bytes = times(values, typeSize(header.word()));
   header.count();  // the size as stored, which overflows for large variables
   variable.begin = header.offset();
   return variable;
@@ -99,6 +110,7 @@ Variable readVariable(Header& header, const std::vector<std::uint64_t>& dimensio
 
 std::optional<std::uint64_t> netcdfSize(const std::string& path) {
   Header header(path);
+  if (!header.good()) return std::nullopt;
   const std::uint64_t records = header.count();
   std::vector<std::uint64_t> dimensions;
   for (std::uint64_t left = header.list(); header.good() && left > 0; --left) {
@@ -110,18 +122,20 @@ std::optional<std::uint64_t> netcdfSize(const std::string& path) {
   for (std::uint64_t left = header.list(); header.good() && left > 0; --left) {
     variables.push_back(readVariable(header, dimensions));
   }
-  if (!header.good()) return std::nullopt;
+  if (!header.good()) return beyond;
 
   // All record variables of one step stand together, each padded unless it is the only one.
   std::uint64_t record_bytes = 0;
   const auto record_count = std::count_if(variables.begin(), variables.end(), [](const auto& v) { return v.record; });
   for (const Variable& v : variables) {
-    if (v.record) record_bytes += record_count == 1 ? v.bytes : padded(v.bytes);
+    if (v.record) record_bytes = plus(record_bytes, record_count == 1 ? v.bytes : padded(v.bytes));
   }
   std::uint64_t end = 0;
   for (const Variable& v : variables) {
     const bool empty = v.record && (records == 0 || records == streaming);
-    if (!empty) end = std::max(end, v.begin + v.bytes + (v.record ? (records - 1) * record_bytes : 0));
+    if (empty) continue;
+    const std::uint64_t steps_before = v.record ? times(records - 1, record_bytes) : 0;
+    end = std::max(end, plus(plus(v.begin, v.bytes), steps_before));
   }
   return end;
 }

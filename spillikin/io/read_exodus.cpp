@@ -23,7 +23,9 @@ void checkLength(const std::string& path) {
   const std::uintmax_t there = std::filesystem::file_size(path, error);
   if (error || !needed || there >= *needed) return;
   throw Error(
-      fmt::format("'{}' is truncated: it has {} bytes of at least {}; copy or export it again", path, there, *needed));
+      fmt::format("'{}' is truncated or damaged: it has {} bytes, and its header speaks of more; copy or export "
+                  "it again",
+                  path, there));
 }
 
 }  // namespace
