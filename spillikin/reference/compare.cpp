@@ -96,11 +96,17 @@ Plane luma(const Image& image) {
 constexpr int window_radius = 5;
 constexpr double window_sigma = 1.5;
 
+// Where the weight of the neighbour n pixels away is kept.
+std::size_t slot(int n) {
+  const int index = n + window_radius;
+  return static_cast<std::size_t>(index);
+}
+
 // Gaussian mean along one axis (dx, dy), cut at the border and renormalized.
 Plane blurAlong(const Plane& in, int dx, int dy) {
   std::array<double, 2 * window_radius + 1> window{};
   for (int n = -window_radius; n <= window_radius; ++n) {
-    window[static_cast<std::size_t>(n + window_radius)] = std::exp(-0.5 * n * n / (window_sigma * window_sigma));
+    window[slot(n)] = std::exp(-0.5 * n * n / (window_sigma * window_sigma));
   }
   Plane out = makePlane(in.width, in.height);
   for (int y = 0; y < in.height; ++y) {
@@ -109,7 +115,7 @@ Plane blurAlong(const Plane& in, int dx, int dy) {
       for (int n = -window_radius; n <= window_radius; ++n) {
         const int px = x + n * dx, py = y + n * dy;
         if (px < 0 || py < 0 || px >= in.width || py >= in.height) continue;
-        const double weight = window[static_cast<std::size_t>(n + window_radius)];
+        const double weight = window[slot(n)];
         sum += weight * in.at(px, py);
         weights += weight;
       }
