@@ -1,0 +1,189 @@
+// The whole picture against the ground truth: every backend, every view, every kind of transfer function, within 1/255
+// on every pixel and 1e-4 in the mean. Pixels whose centre lies within 1/256 pixel of an edge-on exterior face are
+// counted apart, by that geometric rule alone.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "spillikin/io/read.h"
+#include "spillikin/reference/compare.h"
+#include "spillikin/reference/reference.h"
+#include "spillikin/render/defaults.h"
+#include "spillikin/render/session.h"
+#include "support/meshes.h"
+
+namespace spillikin {
+namespace {
+
+constexpr double full_step = 1.0 / 255.0;
+constexpr double mean_bound = 1e-4;
+
+const std::array<const char*, 3> looks{"viridis", "steps", "comb"};  // smooth, jumping, comb-like
+
+// Perspective from the front, perspective aslant, parallel aslant.
+std::vector<View> views(const render::Session& session, int size) {
+  std::vector<View> all(3, session.defaultView(size, size));
+  render::turnView(all[1], {37.0, 23.0, 1.2});
+  all[2].parallel_scale = render::fittingParallelScale(render::boundingBox(session.mesh()), size, size);
+  render::turnView(all[2], {-61.0, 41.0, 1.3});
+  return all;
+}
+
+integrate::TransferFunction lookOf(const render::Session& session, const char* preset) {
+  const mesh::Field& field = session.field();
+  const auto tf = integrate::preset(preset).mapped(field.lo, field.hi);
+  return tf.scaled(render::extinctionFactor(session.mesh(), field, tf));
+}
+
+struct Truth {
+  View view;
+  integrate::TransferFunction look;
+  Image image;
+  std::vector<std::uint8_t> edge_on;
+  std::string label;
+};
+
+std::vector<Truth> truths(render::Session& session, const std::vector<View>& all_views) {
+  std::vector<Truth> all;
+  const reference::RayCaster caster(session.drawnMesh(), session.drawnField());
+  for (std::size_t v = 0; v < all_views.size(); ++v) {
+    const auto edge_on = caster.edgeOnMask(all_views[v]);
+    for (const char* preset : looks) {
+      const auto look = lookOf(session, preset);
+      all.push_back({all_views[v], look, caster.render(all_views[v], look, {}), edge_on,
+                     "view " + std::to_string(v) + ", " + preset});
+    }
+  }
+  return all;
+}
+
+void expectEqual(render::Session& session, const Truth& truth, const char* backend) {
+  session.setView(truth.view);
+  session.setTransferFunction(truth.look);
+  const Image image = session.draw();
+  reference::CompareOptions options;
+  options.apart = truth.edge_on;
+  const auto c = reference::compare(image, truth.image, options);
+  EXPECT_LE(c.worst.max, full_step) << backend << ", " << truth.label << ", pixel " << c.worst_x << "," << c.worst_y;
+  EXPECT_LE(c.worst.mean, mean_bound) << backend << ", " << truth.label;
+  EXPECT_GT(c.pixels, image.rgba.size() / 8) << "most pixels must be compared";
+}
+
+void compareBackends(const mesh::Source& source, int size, std::vector<View> only = {}) {
+  render::Session native(source, {.backend = composite::Backend::native});
+  const auto all = truths(native, only.empty() ? views(native, size) : only);
+  render::Session osmesa(source, {.backend = composite::Backend::osmesa});
+  for (const Truth& truth : all) {
+    expectEqual(native, truth, "native");
+    EXPECT_EQ(native.stats().certificate.unresolved, 0U) << truth.label;
+    expectEqual(osmesa, truth, "osmesa");
+  }
+}
+
+TEST(Picture, DelaunayTetrahedraInACube) {
+  compareBackends(tests::delaunayCube(600, 11), 256);
+}
+
+TEST(Picture, JitteredGridOfTetrahedra) {
+  compareBackends(tests::tetrahedronGrid(6, 0.3, 5), 256);
+}
+
+TEST(Picture, NonconvexShell) {
+  compareBackends(tests::shell(8), 128);
+}
+
+TEST(Picture, InterlockedTori) {
+  compareBackends(tests::interlockedTori(8), 128);
+}
+
+TEST(Picture, HexahedraDrawnWhole) {
+  compareBackends(tests::hexahedronGrid(6), 128);
+}
+
+TEST(Picture, HexahedraWithFacesThatAreNotPlanar) {
+  compareBackends(tests::hexahedronGrid(5, 0.25, 3), 128);
+}
+
+TEST(Picture, CellData) {
+  mesh::Source source = tests::tetrahedronGrid(5, 0.2, 7);
+  source.arrays.clear();
+  tests::addCellArray(source, "material", [](const Vec3& p) { return std::floor(4.0 * p.x) + std::floor(3.0 * p.y); });
+  compareBackends(source, 128);
+}
+
+TEST(Picture, EyeInsideTheMesh) {
+  const mesh::Source source = tests::delaunayCube(400, 21);
+  View view;
+  view.eye = {0.45, 0.52, 0.55};
+  view.target = {0.9, 0.1, 0.2};
+  view.view_angle = 75.0;
+  view.width = view.height = 128;
+  compareBackends(source, 128, {view});
+}
+
+TEST(Picture, ClippedByTwoPlanes) {
+  const mesh::Source source = tests::delaunayCube(400, 22);
+  const render::Session session(source);
+  View view = session.defaultView(128, 128);
+  render::turnView(view, {25.0, 30.0, 1.0});
+  view.clips = {{{0.5, 0.5, 0.5}, {1.0, 0.3, 0.2}}, {{0.5, 0.5, 0.4}, {0.0, -0.2, 1.0}}};
+  compareBackends(source, 128, {view});
+}
+
+// One plate of 12 large tetrahedra between blocks of small ones, each part its own scalar and nearly opaque: small
+// cells must not vanish beside a large one, and no depth of centroids may decide.
+TEST(Picture, AssemblyOfPartsOfVeryDifferentSize) {
+  const auto part = [](std::size_t n, const Vec3& scale, const Vec3& shift, double value) {
+    mesh::Source source = tests::tetrahedronGrid(n, 0.0, 1);
+    for (Vec3& p : source.points)
+      p = p * scale + shift;
+    source.arrays.clear();
+    tests::addPointArray(source, "part", [value](const Vec3&) { return value; });
+    return source;
+  };
+  mesh::Source source = part(8, {0.08, 0.08, 0.08}, {0.45, 0.45, 0.6}, 0.0);
+  source = tests::join(source, part(1, {1.0, 1.0, 0.05}, {0.0, 0.0, 0.5}, 1.0));
+  source = tests::join(source, part(8, {0.08, 0.08, 0.08}, {0.2, 0.3, 0.3}, 2.0));
+  source = tests::join(source, part(1, {1.0, 1.0, 0.05}, {0.0, 0.0, 0.2}, 3.0));
+
+  render::Session native(source, {.backend = composite::Backend::native});
+  render::Session osmesa(source, {.backend = composite::Backend::osmesa});
+  const auto tf = integrate::preset("viridis").mapped(-1.0, 3.0).scaled(120.0);
+  const reference::RayCaster caster(native.mesh(), native.field());
+  for (const double azimuth : {0.0, 65.0, 160.0}) {
+    View view = native.defaultView(128, 128);
+    render::turnView(view, {azimuth, 20.0, 1.2});
+    const Truth truth{view, tf, caster.render(view, tf, {}), caster.edgeOnMask(view),
+                      "azimuth " + std::to_string(azimuth)};
+    expectEqual(native, truth, "native");
+    expectEqual(osmesa, truth, "osmesa");
+  }
+}
+
+TEST(Picture, SameBitsWhateverTheThreadCount) {
+  const mesh::Source source = tests::delaunayCube(2000, 31);
+  std::vector<Image> images;
+  for (const int threads : {1, 2, 3}) {
+    const render::ThreadLimit limit(threads);
+    render::Session session(source, {.backend = composite::Backend::native});
+    session.setView(session.defaultView(200, 150));
+    images.push_back(session.draw());
+  }
+  EXPECT_EQ(images[0].rgba, images[1].rgba);
+  EXPECT_EQ(images[0].rgba, images[2].rgba);
+}
+
+// The real meshes that are shipped, and all others that are there.
+TEST(Picture, ShippedMeshes) {
+  for (const char* name : {"post.vtk", "disk_out_ref.ex2"}) {
+    SCOPED_TRACE(name);
+    compareBackends(io::readMesh(std::string(SPILLIKIN_EXAMPLES) + "/" + name), 96);
+  }
+}
+
+}  // namespace
+}  // namespace spillikin

@@ -1,0 +1,156 @@
+// The defaults, and what is redone when something changes.
+#include "spillikin/render/session.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "spillikin/base/error.h"
+#include "spillikin/mesh/refit.h"
+#include "spillikin/project/camera.h"
+#include "spillikin/render/defaults.h"
+#include "support/meshes.h"
+
+namespace spillikin {
+namespace {
+
+TEST(Defaults, TheWholeBoxIsInSight) {
+  const render::Box box{{-1.0, 2.0, 5.0}, {3.0, 4.0, 11.0}};
+  for (const auto& [width, height] : {std::pair{400, 300}, std::pair{300, 400}, std::pair{200, 200}}) {
+    View view;
+    view.width = width;
+    view.height = height;
+    render::placeEye(view, box, {33.0, -20.0, 1.0});
+    const project::Camera camera(view);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 p((corner & 1) != 0 ? box.upper.x : box.lower.x, (corner & 2) != 0 ? box.upper.y : box.lower.y,
+                   (corner & 4) != 0 ? box.upper.z : box.lower.z);
+      const Vec3 s = camera.toScreen(p);
+      EXPECT_GT(s.z, 0.0);
+      EXPECT_TRUE(s.x >= 0.0 && s.x <= s.z * width) << s.x / s.z;
+      EXPECT_TRUE(s.y >= 0.0 && s.y <= s.z * height) << s.y / s.z;
+    }
+  }
+}
+
+TEST(Defaults, ElevationRaisesTheEyeAndAzimuthTurnsItToTheRight) {
+  View view;
+  view.eye = {0.0, 0.0, 10.0};
+  view.target = Vec3(0.0);
+  View raised = view;
+  render::turnView(raised, {0.0, 30.0, 1.0});
+  EXPECT_NEAR(raised.eye.y, 5.0, 1e-12);
+  View turned = view;
+  render::turnView(turned, {90.0, 0.0, 2.0});
+  EXPECT_NEAR(turned.eye.x, 10.0, 1e-12);
+  EXPECT_DOUBLE_EQ(turned.view_angle, 15.0);
+}
+
+TEST(Defaults, ATypicalRayKeepsAThirdOfItsLight) {
+  render::Session session(tests::tetrahedronGrid(12));
+  session.setView(session.defaultView(96, 96));
+  const Image image = session.draw();
+  std::vector<float> alphas;
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4) {
+    if (image.rgba[i] > 0.0F) alphas.push_back(image.rgba[i]);
+  }
+  ASSERT_GT(alphas.size(), 1000U);
+  std::nth_element(alphas.begin(), alphas.begin() + static_cast<std::ptrdiff_t>(alphas.size() / 2), alphas.end());
+  EXPECT_NEAR(1.0F - alphas[alphas.size() / 2], 1.0F / 3.0F, 0.15F);
+}
+
+TEST(Session, AConstantFieldAndNoFieldGiveAPicture) {
+  mesh::Source source = tests::tetrahedronGrid(3);
+  for (const bool any : {true, false}) {
+    source.arrays.clear();
+    if (any) tests::addPointArray(source, "constant", [](const Vec3&) { return 4.0; });
+    render::Session session(source);
+    session.setView(session.defaultView(32, 32));
+    const Image image = session.draw();
+    EXPECT_GT(image.pixel(16, 16)[3], 0.2F);
+    EXPECT_LT(image.pixel(16, 16)[3], 0.95F);
+  }
+}
+
+TEST(Session, OnlyWhatChangedIsRedone) {
+  render::Session session(tests::tetrahedronGrid(4));
+  session.setView(session.defaultView(48, 48));
+  const Image first = session.draw();
+  const double sorted_in = session.stats().sort.seconds;
+  session.setTransferFunction(session.transferFunction().scaled(2.0));
+  const Image denser = session.draw();
+  EXPECT_NE(first.rgba, denser.rgba);
+  EXPECT_EQ(session.stats().sort.seconds, sorted_in) << "a new transfer function reuses the order";
+  session.setTransferFunction(session.transferFunction().scaled(0.5));
+  EXPECT_EQ(session.draw().rgba, first.rgba);
+}
+
+TEST(Session, ADeformedStepReusesTheAdjacencyAndDrawsTheSamePictureAsAFreshSession) {
+  const mesh::Source before = tests::hexahedronGrid(4);
+  mesh::Source after = before;
+  for (Vec3& p : after.points)
+    p += 0.05 * Vec3(std::sin(3.0 * p.y), std::sin(2.0 * p.z), std::cos(2.0 * p.x));
+  render::Session moved(before);
+  moved.setSource(after);
+  moved.setField("");
+  EXPECT_TRUE(moved.stats().adjacency_reused);
+  render::Session fresh(after);
+  const View view = fresh.defaultView(64, 64);
+  moved.setView(view);
+  fresh.setView(view);
+  moved.setTransferFunction(fresh.transferFunction());
+  const Image a = moved.draw();
+  const Image b = fresh.draw();
+  float worst = 0.0F;
+  for (std::size_t i = 0; i < a.rgba.size(); ++i)
+    worst = std::max(worst, std::abs(a.rgba[i] - b.rgba[i]));
+  EXPECT_LT(worst, 1e-5F);
+}
+
+TEST(Session, AStepThatTurnsACellInsideOutIsBuiltAgain) {
+  const mesh::Source before = tests::tetrahedronGrid(2);
+  mesh::Source mirrored = before;
+  for (Vec3& p : mirrored.points)
+    p.x = -p.x;
+  render::Session session(before);
+  session.setSource(mirrored);
+  EXPECT_FALSE(session.stats().adjacency_reused);
+  EXPECT_EQ(session.buildReport().inverted, session.mesh().cell_count());
+}
+
+TEST(Session, AnotherTopologyIsBuiltAgain) {
+  render::Session session(tests::tetrahedronGrid(2));
+  session.setSource(tests::tetrahedronGrid(3));
+  session.setField("");
+  EXPECT_FALSE(session.stats().adjacency_reused);
+  EXPECT_EQ(session.mesh().cell_count(), 27U * 6U);
+}
+
+TEST(Warp, AddsTheScaledArrayAndRefusesWhatIsNoVector) {
+  mesh::Source source = tests::tetrahedronGrid(1);
+  std::vector<double> values;
+  for (const Vec3& p : source.points)
+    values.insert(values.end(), {p.x, 0.0, 2.0});
+  source.arrays.push_back({"shift", mesh::Association::points, 3, values});
+  const Vec3 p = source.points.back();
+  mesh::warp(source, "shift", 0.5);
+  EXPECT_EQ(source.points.back(), p + Vec3(0.5 * p.x, 0.0, 1.0));
+  EXPECT_THROW(mesh::warp(source, "value", 1.0), Error);
+  EXPECT_THROW(mesh::warp(source, "nothing", 1.0), Error);
+}
+
+TEST(Render, OneCallFromAMeshToAnImage) {
+  const mesh::Source source = tests::tetrahedronGrid(2);
+  View view;
+  view.eye = {0.5, 0.5, 5.0};
+  view.target = {0.5, 0.5, 0.5};
+  view.width = view.height = 16;
+  const Image image = render::render(source, view, integrate::preset("viridis").mapped(0.0, 3.0));
+  EXPECT_EQ(image.rgba.size(), 16U * 16U * 4U);
+  EXPECT_GT(image.pixel(8, 8)[3], 0.0F);
+}
+
+}  // namespace
+}  // namespace spillikin
