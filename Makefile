@@ -29,7 +29,7 @@ test: build
 
 # The long suites: every mesh of DATA against the reference, every stage timed, every reader fed with damaged files.
 accuracy: build
-	@$(BUILD)/bench/spillikin_accuracy $(DATA) docs/accuracy.md
+	@scripts/accuracy.sh $(BUILD) $(DATA) docs/accuracy.md
 
 bench: build
 	@scripts/bench.sh $(BUILD) $(DATA) docs/performance.md

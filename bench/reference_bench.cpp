@@ -6,7 +6,7 @@
 #include "spillikin/reference/candidates.h"
 #include "spillikin/reference/quadrature.h"
 #include "spillikin/reference/reference.h"
-#include "support/meshes.h"
+#include "tests/support/meshes.h"
 
 namespace spillikin {
 namespace {
