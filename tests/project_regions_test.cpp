@@ -372,6 +372,9 @@ TEST_P(RegionsOf, aWholeMeshHoldsItsVolume) {
   EXPECT_NEAR(tests::volume(project(mesh, field, camera), camera), 64.0, 1e-6);
   const mesh::Tetrahedralization cut = mesh::tetrahedralize(mesh);
   EXPECT_NEAR(tests::volume(project(cut.mesh, field, camera), camera), 64.0, 1e-6);
+  const Mesh curved = mesh::build(tests::hexahedronGrid(4, 0.25, 83));
+  EXPECT_NEAR(tests::volume(project(curved, tests::linearField(curved, {1, 1, 1}, 0.0), camera), camera), 64.0, 1e-5)
+      << "cells that are not convex, seed 83";
 }
 
 TEST(Regions, cellsOutsideTheImageGiveNone) {

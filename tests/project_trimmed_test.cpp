@@ -338,5 +338,53 @@ TEST(NotConvex, everyIntervalOfARayHasItsRegion) {
   EXPECT_GT(tally.doubles, 20U) << "some rays cross a cell twice";
 }
 
+// From the middle of a mesh of curved cells every ray is covered from the eye to the mesh's border, without gap or
+// overlap: cells around the eye, cells beside it and whole ones together.
+TEST(Trimmed, theEyeInsideAMesh) {
+  const std::uint64_t seed = 79;
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937_64 random(seed);
+  const double side = 4.0;
+  for (const Mesh& mesh :
+       {mesh::build(tests::hexahedronGrid(4, 0.2, seed)), mesh::build(tests::tetrahedronGrid(4, 0.15, seed))}) {
+    const mesh::Field field = randomField(mesh, random);
+    for (int view = 0; view < 3; ++view) {
+      const Camera camera(looking(Vec3(2.0) + 0.9 * randomVector(random), randomVector(random), false));
+      std::vector<Vec3> screen;
+      screenPoints(mesh, camera, screen);
+      CellProjector projector(mesh, camera, screen);
+      Regions regions;
+      for (mesh::Id cell = 0; cell < mesh.cell_count(); ++cell) {
+        projector(cell, field, regions);
+      }
+      std::uniform_real_distribution<double> px(0.0, camera.width());
+      std::uniform_real_distribution<double> py(0.0, camera.height());
+      for (int ray = 0; ray < 60; ++ray) {
+        const double x = px(random);
+        const double y = py(random);
+        const Vec3 eye = camera.origin(x, y);
+        const Vec3 direction = camera.direction(x, y);
+        double leaves = 1e300;
+        for (int axis = 0; axis < 3; ++axis) {
+          leaves = std::min(leaves, ((direction[axis] > 0.0 ? side : 0.0) - eye[axis]) / direction[axis]);
+        }
+        double covered = 0.0;
+        bool on_border = false;
+        for (std::size_t p = 0; p < regions.polygons(); ++p) {
+          if (tests::contains(regions, p, x, y, margin)) {
+            covered += tests::depthAt(regions, regions.back_depth, p, x, y, false) -
+                       tests::depthAt(regions, regions.front_depth, p, x, y, false);
+          } else {
+            on_border = on_border || tests::contains(regions, p, x, y, -margin);
+          }
+        }
+        if (!on_border) {
+          ASSERT_NEAR(covered, leaves, 1e-7) << "view " << view << " ray " << ray;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace spillikin::project
