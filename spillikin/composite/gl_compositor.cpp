@@ -2,21 +2,26 @@
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <glm/geometric.hpp>
 #include <optional>
 
 #include "spillikin/base/error.h"
 #include "spillikin/composite/gl_cells.h"
 #include "spillikin/composite/gl_frame.h"
+#include "spillikin/composite/gl_polygons.h"
 #include "spillikin/composite/gl_program.h"
 #include "spillikin/composite/gl_shaders.h"
 #include "spillikin/composite/gl_target.h"
 #include "spillikin/composite/gl_transfer.h"
+#include "spillikin/integrate/preintegrated.h"
+#include "spillikin/project/cell_projection.h"
 
 namespace spillikin::composite {
 
@@ -30,6 +35,7 @@ double secondsSince(Clock::time_point start) {
 }
 
 constexpr std::size_t grain = 8192;             // vertices or cells per task
+constexpr std::size_t polygon_chunks = 16;      // of chunk_cells in a batch of polygons
 constexpr std::size_t streams = 3;              // batches in flight
 constexpr GLuint64 fence_wait = 1'000'000'000;  // nanoseconds between looks at a fence
 
@@ -44,6 +50,9 @@ struct Stream {
   GlStream cells, vertices, triangles;
   GLsync fence = nullptr;
 };
+
+static_assert(sizeof(TransferPiece) % sizeof(std::array<float, 4>) == 0);
+constexpr std::size_t texels_per_piece = sizeof(TransferPiece) / sizeof(std::array<float, 4>);
 
 struct Program {
   CellShader shader;
@@ -65,9 +74,13 @@ class GlCompositor : public Compositor {
   void prepareField(const Frame& frame);
   void preparePaint(const Frame& frame);
   void prepareTransfer(const Frame& frame, const FrameMap& map);
+  void prepareTable(const Frame& frame);
+  void prepareOpacity();
   void preparePlanes(const Frame& frame, const FrameMap& map);
   void uploadView(const Frame& frame, const FrameMap& map, const Tile& tile);
   void drawTile(const Frame& frame, const FrameMap& map, const Tile& tile, FrameStats& stats);
+  void drawCells(const Frame& frame, const FrameMap& map, const Window& window, FrameStats& stats);
+  void drawPolygons(const Frame& frame, const FrameMap& map, FrameStats& stats);
   void fill(const Frame& frame, const FrameMap& map, const Window& window, Stream& stream, Chunk& chunk) const;
   void wait(Stream& stream) const;
   GLuint program(const CellShader& shader);
@@ -75,7 +88,8 @@ class GlCompositor : public Compositor {
   std::unique_ptr<GlContext> context_;
   const Gl& gl_;
   GlTarget target_;
-  GLuint vertex_array_ = 0, samples_ = 0;
+  GLuint vertex_array_ = 0, polygon_array_ = 0, samples_ = 0;
+  GLuint polygon_program_ = 0;
   GlBuffer index_, view_;
   GlTexels transfer_buffer_, plane_buffer_;
   std::array<Stream, streams> streams_;
@@ -89,18 +103,57 @@ class GlCompositor : public Compositor {
   std::vector<float> scalar_;                // per vertex
   std::vector<std::array<float, 4>> paint_;  // per cell, of a cell field
   double paint_unit_ = 0.0;
-  std::int32_t pieces_ = 0;
+  std::int32_t pieces_ = 0;  // 0: not those of this field
   double pieces_unit_ = 0.0;
+  GLuint table_ = 0, opacity_ = 0;  // textures
+  bool table_fits_ = false;         // was made of the field and transfer function at hand
 
   // Reused from frame to frame.
   std::vector<ScreenVertex> screen_;
   std::vector<ScreenPlane> planes_;
   std::vector<std::uint32_t> cut_planes_;  // per cut of the order, its planes (first << 8 | count)
   std::vector<Chunk> chunks_;
+  std::vector<Vec3> screen_points_;
+  std::array<std::vector<PolygonVertex>, polygon_chunks> polygons_;
+  GlBuffer polygon_buffer_;
 };
 
 bool cellField(const Frame& frame) {
   return frame.field.association == mesh::Association::cells;
+}
+
+// What a fragment does with its segment. On a field that is constant in each cell all ways agree.
+SegmentShader segmentShader(const Frame& frame) {
+  if (cellField(frame)) {
+    return SegmentShader::constant;
+  }
+  switch (frame.integration) {
+    case Integration::average:
+      return SegmentShader::average;
+    case Integration::preintegrated:
+      return SegmentShader::preintegrated;
+    case Integration::exact:
+    case Integration::vertex:
+      break;
+  }
+  return SegmentShader::exact;
+}
+
+// Attributes of a PolygonVertex: location, floats, byte offset.
+struct Attribute {
+  GLuint index;
+  GLint size;
+  std::size_t offset;
+};
+constexpr std::array<Attribute, 3> polygon_attributes{
+    {{0, 2, offsetof(PolygonVertex, x)}, {1, 2, offsetof(PolygonVertex, u)}, {2, 3, offsetof(PolygonVertex, r)}}};
+
+void filterLinearly(const Gl& gl, GLenum target) {
+  gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
+    gl.TexParameteri(target, axis, GL_CLAMP_TO_EDGE);
+  }
 }
 
 GlCompositor::GlCompositor(std::unique_ptr<GlContext> context) : context_(std::move(context)), gl_(context_->gl()) {
@@ -116,10 +169,14 @@ GlCompositor::GlCompositor(std::unique_ptr<GlContext> context) : context_(std::m
   gl_.GenVertexArrays(1, &vertex_array_);
   gl_.BindVertexArray(vertex_array_);
   index_.upload(gl_, GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size() * sizeof(std::uint32_t));
+  gl_.GenVertexArrays(1, &polygon_array_);
+  gl_.BindVertexArray(polygon_array_);
+  for (const Attribute& attribute : polygon_attributes) {
+    gl_.EnableVertexAttribArray(attribute.index);
+  }
   gl_.GenQueries(1, &samples_);
   gl_.Enable(GL_BLEND);
   gl_.BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  gl_.Enable(GL_CULL_FACE);
   check(gl_, "preparing the context");
 }
 
@@ -144,6 +201,11 @@ GlCompositor::~GlCompositor() {
     target_.destroy(gl_);
     gl_.DeleteQueries(1, &samples_);
     gl_.DeleteVertexArrays(1, &vertex_array_);
+    gl_.DeleteVertexArrays(1, &polygon_array_);
+    gl_.DeleteProgram(polygon_program_);
+    gl_.DeleteTextures(1, &table_);
+    gl_.DeleteTextures(1, &opacity_);
+    polygon_buffer_.destroy(gl_);
   } catch (const Error&) {
     // A context that cannot be made current any more takes its objects with it.
   }
@@ -156,9 +218,14 @@ FrameStats GlCompositor::draw(const Frame& frame, Image& image) {
   prepareMesh(frame);
   prepareField(frame);
   const FrameMap map(frame.camera, bounds_);
-  prepareTransfer(frame, map);
-  preparePlanes(frame, map);
-  projectVertices(frame.mesh, map, scalar_, screen_);
+  if (frame.integration == Integration::vertex) {
+    prepareOpacity();
+    project::screenPoints(frame.mesh, frame.camera, screen_points_);
+  } else {
+    prepareTransfer(frame, map);
+    preparePlanes(frame, map);
+    projectVertices(frame.mesh, map, scalar_, screen_);
+  }
   stats.project_seconds = secondsSince(start);
 
   image.width = frame.camera.width();
@@ -241,13 +308,54 @@ void GlCompositor::prepareTransfer(const Frame& frame, const FrameMap& map) {
     }
     return;
   }
+  if (!(frame.same_transfer_function && frame.same_field && frame.same_mesh)) {
+    table_fits_ = false;
+  }
+  if (frame.integration == Integration::preintegrated) {
+    prepareTable(frame);
+    return;
+  }
   if (frame.same_transfer_function && pieces_ > 0 && pieces_unit_ == map.unit()) {
     return;
   }
   const std::vector<TransferPiece> pieces = transferPieces(frame.transfer_function, scalar_map_, map.unit());
-  transfer_buffer_.upload(gl_, GL_RGBA32F, pieces.data(), pieces.size() * sizeof(TransferPiece));
+  std::vector<std::array<float, 4>> texels = searchStarts(pieces, transfer_bins);
+  const auto* const first = reinterpret_cast<const std::array<float, 4>*>(pieces.data());
+  texels.insert(texels.begin(), first, first + texels_per_piece * pieces.size());
+  transfer_buffer_.upload(gl_, GL_RGBA32F, texels.data(), texels.size() * sizeof(texels[0]));
   pieces_ = static_cast<std::int32_t>(pieces.size());
   pieces_unit_ = map.unit();
+}
+
+void GlCompositor::prepareTable(const Frame& frame) {
+  if (table_fits_) {
+    return;
+  }
+  const integrate::Preintegrated table(frame.transfer_function, frame.field.lo, frame.field.hi);
+  if (table_ == 0) {
+    gl_.GenTextures(1, &table_);
+  }
+  const auto n = static_cast<GLsizei>(table.n());
+  gl_.ActiveTexture(GL_TEXTURE0 + gl_binding::table);
+  gl_.BindTexture(GL_TEXTURE_3D, table_);
+  gl_.TexImage3D(GL_TEXTURE_3D, 0, GL_RGBA32F, n, n, static_cast<GLsizei>(table.layers()), 0, GL_RGBA, GL_FLOAT,
+                 table.texels().data());
+  filterLinearly(gl_, GL_TEXTURE_3D);
+  check(gl_, "sending the pre-integrated table");
+  table_fits_ = true;
+}
+
+void GlCompositor::prepareOpacity() {
+  if (opacity_ != 0) {
+    return;
+  }
+  const std::vector<float> texels = integrate::opacityTexture(opacity_size, opacity_range);
+  gl_.GenTextures(1, &opacity_);
+  gl_.ActiveTexture(GL_TEXTURE0 + gl_binding::table);
+  gl_.BindTexture(GL_TEXTURE_2D, opacity_);
+  gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, opacity_size, opacity_size, 0, GL_RED, GL_FLOAT, texels.data());
+  filterLinearly(gl_, GL_TEXTURE_2D);
+  check(gl_, "sending the opacity texture");
 }
 
 void GlCompositor::preparePlanes(const Frame& frame, const FrameMap& map) {
@@ -281,24 +389,35 @@ void GlCompositor::uploadView(const Frame& frame, const FrameMap& map, const Til
   const auto width = static_cast<float>(tile.width);
   const auto height = static_cast<float>(tile.height);
   block.pixel = {left, top, map.weightTerms()[0], map.weightTerms()[1]};
-  block.lens = {map.eyeDepth(), map.squaredSlope(), 0.0F, 0.0F};
+  block.lens = {map.eyeDepth(), map.squaredSlope(), static_cast<float>(map.unit()), 0.0F};
   // Row 0 of the framebuffer is the image's top row: y down in the image is y up in clip space.
   block.window = {2.0F / width, 2.0F / height, -1.0F - 2.0F * left / width, -1.0F - 2.0F * top / height};
-  block.counts = {static_cast<std::int32_t>(frame.camera.view().clips.size()), pieces_, 0, 0};
+  block.counts = {static_cast<std::int32_t>(frame.camera.view().clips.size()), pieces_, transfer_bins, 0};
   view_.upload(gl_, GL_UNIFORM_BUFFER, &block, sizeof block);
 }
 
 void GlCompositor::drawTile(const Frame& frame, const FrameMap& map, const Tile& tile, FrameStats& stats) {
   target_.begin(gl_, tile);
   uploadView(frame, map, tile);
-  gl_.BindVertexArray(vertex_array_);
-  gl_.UseProgram(program({topology_->tetrahedra(), cellField(frame)}));
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, gl_binding::view, view_.id());
-  plane_buffer_.bind(gl_, gl_binding::planes);
-  transfer_buffer_.bind(gl_, gl_binding::transfer);
+  if (frame.integration == Integration::vertex) {
+    drawPolygons(frame, map, stats);
+    return;
+  }
   const auto left = static_cast<float>(tile.x - map.center_x());
   const auto top = static_cast<float>(tile.y - map.center_y());
-  const Window window{left, top, left + static_cast<float>(tile.width), top + static_cast<float>(tile.height)};
+  drawCells(frame, map, {left, top, left + static_cast<float>(tile.width), top + static_cast<float>(tile.height)},
+            stats);
+}
+
+void GlCompositor::drawCells(const Frame& frame, const FrameMap& map, const Window& window, FrameStats& stats) {
+  gl_.BindVertexArray(vertex_array_);
+  gl_.Enable(GL_CULL_FACE);
+  gl_.UseProgram(program({topology_->tetrahedra(), segmentShader(frame)}));
+  plane_buffer_.bind(gl_, gl_binding::planes);
+  transfer_buffer_.bind(gl_, gl_binding::transfer);
+  gl_.ActiveTexture(GL_TEXTURE0 + gl_binding::table);
+  gl_.BindTexture(GL_TEXTURE_3D, table_);
   std::size_t turn = 0;
   for (std::size_t entry = 0; entry < frame.order.cells.size(); ++turn) {
     Stream& stream = streams_[turn % streams];
@@ -317,6 +436,46 @@ void GlCompositor::drawTile(const Frame& frame, const FrameMap& map, const Tile&
       stats.polygons += chunk.kept;
     }
     stream.fence = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  }
+}
+
+void GlCompositor::drawPolygons(const Frame& frame, const FrameMap& map, FrameStats& stats) {
+  if (polygon_program_ == 0) {
+    polygon_program_ = makeProgram(gl_, polygonVertexShader(), polygonFragmentShader());
+  }
+  gl_.UseProgram(polygon_program_);
+  gl_.Disable(GL_CULL_FACE);
+  gl_.ActiveTexture(GL_TEXTURE0 + gl_binding::table);
+  gl_.BindTexture(GL_TEXTURE_2D, opacity_);
+  gl_.BindVertexArray(polygon_array_);
+  struct Worker {
+    project::CellProjector projector;
+    project::Regions regions;
+  };
+  tbb::enumerable_thread_specific<Worker> workers([&] {
+    return Worker{{frame.mesh, frame.camera, screen_points_, project::Faces::planar}, {}};
+  });
+  const std::size_t cells = frame.order.cells.size();
+  std::array<std::size_t, polygon_chunks> counts{};
+  for (std::size_t first = 0; first < cells; first += polygon_chunks * chunk_cells) {
+    const auto start = Clock::now();
+    tbb::parallel_for(std::size_t{0}, polygon_chunks, [&](std::size_t i) {
+      Worker& worker = workers.local();
+      const std::size_t begin = std::min(cells, first + i * chunk_cells);
+      polygons_[i].clear();
+      counts[i] = appendPolygons(frame, map, begin, std::min(cells, begin + chunk_cells), worker.projector,
+                                 worker.regions, polygons_[i]);
+    });
+    stats.project_seconds += secondsSince(start);
+    for (std::size_t i = 0; i < polygon_chunks; ++i) {
+      stats.polygons += counts[i];
+      polygon_buffer_.upload(gl_, GL_ARRAY_BUFFER, polygons_[i].data(), polygons_[i].size() * sizeof(PolygonVertex));
+      for (const auto& [index, size, offset] : polygon_attributes) {
+        gl_.VertexAttribPointer(index, size, GL_FLOAT, GL_FALSE, sizeof(PolygonVertex),
+                                reinterpret_cast<const void*>(offset));
+      }
+      gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(polygons_[i].size()));
+    }
   }
 }
 

@@ -11,9 +11,9 @@ namespace {
 constexpr const char* declarations = R"(#version 450 core
 layout(std140, binding = 0) uniform View {
   vec4 pixel;       // xy: add to gl_FragCoord.xy to get image position; zw: homogeneous weight is z + w * depth
-  vec4 lens;        // x: depth of the eye plane, y: squared slope of a ray per pixel
+  vec4 lens;        // x: depth of the eye plane, y: squared slope of a ray per pixel, z: unit of length
   vec4 window;      // image position to clip space: xy * position + zw
-  ivec4 counts;     // x: clip planes of the view, y: pieces of the transfer function
+  ivec4 counts;     // x: clip planes of the view, y: pieces of the transfer function, z: bins of scalar after them
 };
 // Buffers, read as texels: software rasterizers gather those many times faster than they read storage blocks.
 layout(binding = 0) uniform usamplerBuffer cells;      // four texels each, see the vertex shader
@@ -117,23 +117,25 @@ vec4 segment(float front, float back, float len) {
 }
 )";
 
+// A bin of scalar knows a piece that begins before it.
+constexpr const char* transfer_lookup = R"(
+// The last piece that begins at or before s (strictly before, when descending from it).
+int pieceOf(float s, bool descending) {
+  int bin = clamp(int(s * float(counts.z)), 0, counts.z - 1);
+  int k = int(texelFetch(pieces, 3 * counts.y + bin).x);
+  for (int turn = 0; turn < counts.y; ++turn) {
+    float end = texelFetch(pieces, 3 * k).y;
+    if (descending ? end >= s : end > s) break;
+    ++k;
+  }
+  return k;
+}
+)";
+
 // The absorption-emission integral over a segment on which the scalar is linear, cut at the breakpoints of the transfer
 // function, by the float weights of integrate (6e-6 relative, for thin segments too).
 constexpr const char* linear_cell = R"(
 const float opaque = 1e-7;  // transmittance under which nothing behind is seen
-// The last piece that begins at or before s (strictly before, when descending from it).
-int pieceOf(float s, bool descending) {
-  int lo = 0;
-  int hi = counts.y - 1;
-  while (lo < hi) {
-    int mid = (lo + hi + 1) >> 1;
-    float begin = texelFetch(pieces, 3 * mid).x;
-    bool after = descending ? begin >= s : begin > s;
-    lo = after ? lo : mid;
-    hi = after ? mid - 1 : hi;
-  }
-  return lo;
-}
 vec4 segment(float front, float back, float len) {
   float ds = back - front;
   bool descending = ds < 0.0;
@@ -163,6 +165,34 @@ vec4 segment(float front, float back, float len) {
     s = s_end;
   }
   return vec4(color, alpha);
+}
+)";
+
+constexpr const char* average_cell = R"(
+vec4 optical(float s) {
+  int k = pieceOf(s, false);
+  vec4 domain = texelFetch(pieces, 3 * k);
+  return texelFetch(pieces, 3 * k + 1) + texelFetch(pieces, 3 * k + 2) * clamp((s - domain.z) * domain.w, 0.0, 1.0);
+}
+vec4 segment(float front, float back, float len) {
+  vec4 mean = 0.5 * (optical(front) + optical(back));
+  float alpha = segmentOpacity(mean.a * len);
+  return vec4(mean.rgb * alpha, alpha);
+}
+)";
+
+// integrate::Preintegrated's own look-up: mean extinction T first, then colour times T at optical depth T length.
+constexpr const char* preintegrated_cell = R"(
+layout(binding = 5) uniform sampler3D table;
+vec4 segment(float front, float back, float len) {
+  vec3 size = vec3(textureSize(table, 0));
+  vec3 at = vec3(front, back, 0.0);
+  float extinction = textureLod(table, (clamp(at, 0.0, 1.0) * (size - 1.0) + 0.5) / size, 0.0).a;
+  float depth = extinction * len * lens.z;
+  at.z = depth / (1.0 + depth);
+  vec3 color = textureLod(table, (clamp(at, 0.0, 1.0) * (size - 1.0) + 0.5) / size, 0.0).rgb;
+  float alpha = segmentOpacity(depth);
+  return extinction > 0.0 ? vec4(color * (alpha / extinction), alpha) : vec4(0.0);
 }
 )";
 
@@ -284,12 +314,53 @@ void main() {
 }
 )";
 
+// The paper's hardware mode (Max, Williams, Silva 2000, section II): thickness and mean extinction are interpolated and
+// multiplied in a texture of 1 - exp(-u v), colour is interpolated.
+constexpr const char* polygon_vertex_main = R"(
+layout(location = 0) in vec2 position;
+layout(location = 1) in vec2 coordinates;
+layout(location = 2) in vec3 glow;
+out vec2 uv;
+out vec3 color;
+void main() {
+  gl_Position = vec4(position * window.xy + window.zw, 0.0, 1.0);
+  uv = coordinates;
+  color = glow;
+}
+)";
+
+constexpr const char* polygon_fragment_main = R"(
+layout(binding = 5) uniform sampler2D opacity;
+in vec2 uv;
+in vec3 color;
+layout(location = 0) out vec4 radiance;
+void main() {
+  vec2 size = vec2(textureSize(opacity, 0));
+  float alpha = textureLod(opacity, (clamp(uv, 0.0, 1.0) * (size - 1.0) + 0.5) / size, 0.0).r;
+  radiance = vec4(color * alpha, alpha);
+}
+)";
+
+const char* segmentText(SegmentShader segment) {
+  switch (segment) {
+    case SegmentShader::constant:
+      return constant_cell;
+    case SegmentShader::average:
+      return average_cell;
+    case SegmentShader::preintegrated:
+      return preintegrated_cell;
+    case SegmentShader::exact:
+      break;
+  }
+  return linear_cell;
+}
+
 std::string header(const CellShader& shader) {
   std::string text = declarations;
   if (shader.tetrahedra) {
     text += "#define TETRAHEDRA\n";
   }
-  if (shader.cell_field) {
+  if (shader.segment == SegmentShader::constant) {
     text += "#define CELL_FIELD\n";
   }
   return text;
@@ -302,9 +373,16 @@ std::string cellVertexShader(const CellShader& shader) {
 }
 
 std::string cellFragmentShader(const CellShader& shader) {
-  return header(shader) + integrate::segment_glsl + crossing + trimming +
-         (shader.cell_field ? constant_cell : linear_cell) + fragment_common +
-         (shader.tetrahedra ? tetrahedron_main : general_main);
+  return header(shader) + integrate::segment_glsl + crossing + trimming + transfer_lookup +
+         segmentText(shader.segment) + fragment_common + (shader.tetrahedra ? tetrahedron_main : general_main);
+}
+
+std::string polygonVertexShader() {
+  return std::string(declarations) + polygon_vertex_main;
+}
+
+std::string polygonFragmentShader() {
+  return std::string(declarations) + polygon_fragment_main;
 }
 
 }  // namespace spillikin::composite

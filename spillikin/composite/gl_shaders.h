@@ -1,6 +1,7 @@
 // The GLSL sources, assembled. Each program is one vertex and one fragment shader.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace spillikin::composite {
@@ -13,15 +14,29 @@ inline constexpr unsigned vertices = 1;
 inline constexpr unsigned triangles = 2;
 inline constexpr unsigned planes = 3;
 inline constexpr unsigned transfer = 4;
+inline constexpr unsigned table = 5;  // pre-integrated, or opacity
 }  // namespace gl_binding
 
+// How a fragment integrates the scalar along its segment of the ray.
+enum class SegmentShader : std::uint8_t {
+  constant,       // the field is constant in each cell: colour and extinction come with the cell
+  exact,          // cut at the transfer function's breakpoints, each piece by its exact weights
+  average,        // mean of colour and extinction at the two ends
+  preintegrated,  // from a table
+};
+
 struct CellShader {
-  bool tetrahedra = true;   // else any cell, as a loop over its boundary triangles
-  bool cell_field = false;  // the scalar is constant in each cell: colour and extinction come with the cell
+  bool tetrahedra = true;  // else any cell, as a loop over its boundary triangles
+  SegmentShader segment = SegmentShader::exact;
   bool operator==(const CellShader&) const = default;
 };
 
 std::string cellVertexShader(const CellShader& shader);
 std::string cellFragmentShader(const CellShader& shader);
+
+// Polygons with their look at the vertices (integration `vertex`). Attributes: image position from the centre, texture
+// coordinates, colour.
+std::string polygonVertexShader();
+std::string polygonFragmentShader();
 
 }  // namespace spillikin::composite

@@ -74,4 +74,18 @@ std::vector<TransferPiece> transferPieces(const integrate::TransferFunction& tf,
   return out;
 }
 
+std::vector<std::array<float, 4>> searchStarts(const std::vector<TransferPiece>& pieces, std::size_t bins) {
+  constexpr float rounding = 1e-3F;  // of a bin: a shader may find a scalar this far below its bin
+  std::vector<std::array<float, 4>> out(bins);
+  std::size_t k = 0;
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    const float begin = (static_cast<float>(bin) - rounding) / static_cast<float>(bins);
+    while (k + 1 < pieces.size() && pieces[k + 1].domain[0] < begin) {
+      ++k;
+    }
+    out[bin][0] = static_cast<float>(k);
+  }
+  return out;
+}
+
 }  // namespace spillikin::composite

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "spillikin/integrate/transfer_function.h"
@@ -26,5 +27,10 @@ struct TransferPiece {
 // The pieces that the field's range reaches, ascending, never none. Extinction is multiplied by `unit`, the length that
 // the shaders count in. Breakpoints are mapped as the scalars are, so that a value at a jump stays there.
 std::vector<TransferPiece> transferPieces(const integrate::TransferFunction& tf, const ScalarMap& map, double unit);
+
+// For each of `bins` equal parts of [0, 1], as the first of four floats, the number of a piece from which the search
+// upwards for a scalar in that part may start.
+inline constexpr std::size_t transfer_bins = 256;
+std::vector<std::array<float, 4>> searchStarts(const std::vector<TransferPiece>& pieces, std::size_t bins);
 
 }  // namespace spillikin::composite
