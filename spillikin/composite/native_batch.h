@@ -19,7 +19,8 @@ inline constexpr float thin_depth = 0.125F;
 
 // How a cell is shaded: by a short series, the whole cell in one piece of the transfer function; the same cut at the
 // one or the several places where pieces meet; or with the scalar kept within the cell's range and at any depth.
-enum class Care : std::int32_t { none, cut, cuts, full };
+// An edge-on face takes the cell out of the kernel's hands.
+enum class Care : std::int32_t { none, cut, cuts, full, edge_on };
 
 // What a cell shows of the transfer function: its pieces first .. last, over the scalar's range.
 struct Look {
@@ -62,6 +63,7 @@ struct CellBatch {
   // Blocks of pixels that the cell may cover, first and last; x0 > x1 where there are none.
   alignas(64) PerCell<std::int32_t> block_x0, block_x1, block_y0, block_y1;
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
+  alignas(64) PerCell<float> slope;             // of nearness over the tile, on the steepest face
   alignas(64) PerCell<Care> care;
 
   Look look(const Piece* pieces, std::size_t i) const { return {pieces, first_piece[i], last_piece[i], lo[i], hi[i]}; }

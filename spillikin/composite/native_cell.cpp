@@ -6,19 +6,16 @@
 #include <limits>
 #include <utility>
 
+#include "spillikin/mesh/predicates.h"
+
 namespace spillikin::composite::native {
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// The side of a form of (x, y, 1), with the ray moved by nothing at all to the right, and less downwards, where it
-// meets the line: every line has a side for every ray, the same for all who ask.
-bool positive(const Vec3& form, double at) {
-  if (at != 0.0) return at > 0.0;
-  if (form.x != 0.0) return form.x > 0.0;
-  return form.y > 0.0;
-}
+// A form this close to 0, as a share of its terms, is decided exactly.
+constexpr double sure = 1e-12;
 
 // Screen extent as pixels whose centres lie in it, with a margin for the rounding of the projection.
 constexpr double box_margin = 1e-6;  // pixels
@@ -135,16 +132,32 @@ void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
   triangles_.push_back(t);
 }
 
+// On which side of the line through two projected corners (the form of which is `edge`, its value `at`) a ray passes.
+// Every line has a side for every ray, the same for all who ask: near 0 by the exact predicate, and where the ray meets
+// the line, as if it had been moved by nothing at all to the right, and less downwards.
+bool CellShape::positive(const Vec3& edge, double at, mesh::Id a, mesh::Id b, const Vec3& ray) const {
+  const double terms = std::abs(edge.x * ray.x) + std::abs(edge.y * ray.y) + std::abs(edge.z);
+  if (std::abs(at) > sure * terms) return at > 0.0;
+  const project::Camera& camera = screen_->frame().camera;
+  const std::vector<Vec3>& points = screen_->mesh().points;
+  const int exact = mesh::orientDirection(camera.origin(x0_ + ray.x, y0_ + ray.y), points[a], points[b],
+                                          camera.direction(x0_ + ray.x, y0_ + ray.y));
+  if (exact != 0) return exact > 0;
+  if (std::abs(edge.x) > sure * terms) return edge.x > 0.0;
+  return edge.y > 0.0;
+}
+
 bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
   const double ab = glm::dot(t.edge[0], ray);
   const double bc = glm::dot(t.edge[1], ray);
   const double ca = glm::dot(t.edge[2], ray);
-  const bool side = positive(t.edge[0], ab);
+  const bool side = positive(t.edge[0], ab, t.id[0], t.id[1], ray);
   // The third form is stored turned round; its tie must fall as its neighbours see it.
-  if (side != positive(t.edge[1], bc) || side == positive(-t.edge[2], -ca)) return false;
+  if (side != positive(t.edge[1], bc, t.id[1], t.id[2], ray)) return false;
+  if (side == positive(-t.edge[2], -ca, t.id[0], t.id[2], ray)) return false;
   const double plane = (ab + bc) + ca;
-  const double b = plane != 0.0 ? ca / plane : 1.0 / 3.0;
-  const double c = plane != 0.0 ? ab / plane : 1.0 / 3.0;
+  const double b = plane != 0.0 ? std::clamp(ca / plane, 0.0, 1.0) : 1.0 / 3.0;
+  const double c = plane != 0.0 ? std::clamp(ab / plane, 0.0, 1.0) : 1.0 / 3.0;
   double depth;
   if (screen_->parallel()) {
     depth = t.depth_form.x + b * t.depth_form.y + c * t.depth_form.z;

@@ -189,10 +189,14 @@ HWY_INLINE std::size_t coverCell(const TileView& view, const CellBatch& batch, s
 }
 
 template <bool Parallel>
-std::size_t paintBatch(const TileView& view, const CellBatch& batch, std::size_t count, Pixels& pixels,
+std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const CellBatch& batch, Pixels& pixels,
                        Coverage& covered) {
   std::size_t fragments = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (HWY_UNLIKELY(batch.care[i] == Care::edge_on)) {
+      view.hand_back.take(view.hand_back.self, cells[i]);
+      continue;
+    }
     const std::size_t n = coverCell(view, batch, i, pixels, covered);
     if (n == 0) continue;
     switch (batch.care[i]) {
@@ -207,6 +211,8 @@ std::size_t paintBatch(const TileView& view, const CellBatch& batch, std::size_t
         break;
       case Care::full:
         fragments += shadeCell<Parallel, Care::full>(view, batch, i, covered, n, pixels);
+        break;
+      case Care::edge_on:
         break;
     }
   }
@@ -259,10 +265,16 @@ HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
     return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
   };
   hn::Mask<DF> side[WholeCell::max_edges];
-  for (std::size_t e = 0; e < cell.edge_count; ++e)
-    side[e] = hn::Lt(form(cell.edge[e]), hn::Zero(d));
+  VF closest = hn::Set(d, 1.0F);
+  for (std::size_t e = 0; e < cell.edge_count; ++e) {
+    const VF at = form(cell.edge[e]);
+    side[e] = hn::Lt(at, hn::Zero(d));
+    closest = hn::Min(closest, hn::Abs(at));
+  }
   const auto nothing = hn::MaskFromVec(hn::Zero(d));
-  Crossings c{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), nothing, nothing, nothing};
+  // Too near a line to tell the side in float.
+  const auto unsure = hn::Le(closest, hn::Set(d, WholeCell::unsure));
+  Crossings c{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), nothing, nothing, unsure};
   for (std::size_t k = 0; k < cell.triangle_count; ++k) {
     const WholeCell::Triangle& t = cell.triangle[k];
     const auto ab = side[t.ab], bc = side[t.bc], ac = side[t.ac];
@@ -333,6 +345,7 @@ std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pi
     case Care::cuts:
       return shadeWhole<Parallel, Clipped, Care::cuts>(view, cell, pixels, scratch);
     case Care::full:
+    case Care::edge_on:
       break;
   }
   return shadeWhole<Parallel, Clipped, Care::full>(view, cell, pixels, scratch);
@@ -373,8 +386,8 @@ std::size_t paint(const TileView& view, std::span<const Entry> entries, Pixels& 
   for (std::size_t begin = 0; begin < entries.size(); begin += batch_cells) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
     setUp(view, cells, entries.subspan(begin + cells.size()), batch);
-    fragments += parallel ? paintBatch<true>(view, batch, cells.size(), pixels, covered)
-                          : paintBatch<false>(view, batch, cells.size(), pixels, covered);
+    fragments += parallel ? paintBatch<true>(view, cells, batch, pixels, covered)
+                          : paintBatch<false>(view, cells, batch, pixels, covered);
     if (view.trusted && begin / batch_cells % batches_between_looks == batches_between_looks - 1 &&
         findOpaque(pixels)) {
       break;
@@ -426,6 +439,8 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
       return collectCell<Parallel, Care::cuts>(view, batch, i, n, wanted, pixels, scratch, out);
     case Care::full:
       return collectCell<Parallel, Care::full>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::edge_on:
+      return;
   }
 }
 
@@ -442,6 +457,10 @@ bool collect(const TileView& view, std::span<const Entry> entries, const PixelMa
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
     setUp(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (batch.care[i] == Care::edge_on) {
+        view.hand_back.take(view.hand_back.self, cells[i]);
+        continue;
+      }
       const std::size_t n = coverCell(view, batch, i, pixels, scratch.covered);
       if (n == 0) continue;
       if (batch.parallel) {

@@ -20,6 +20,13 @@ namespace spillikin::composite::native {
 
 struct WholeCell;
 
+// A cell that the tetrahedra's kernel hands back in its turn: with a face seen so nearly edge-on that its plane does
+// not tell on which side a pixel lies.
+struct HandBack {
+  void (*take)(void* self, Entry entry) = nullptr;
+  void* self = nullptr;
+};
+
 // What a run of cells is painted with. All of it outlives the call.
 struct TileView {
   const Screen* screen = nullptr;
@@ -29,6 +36,9 @@ struct TileView {
   double nearness_scale = 1.0;  // how near the mesh is, roughly
   float rounding = 0.0F;        // of a depth in float, as a share of it (as a depth, in a parallel view)
   float overlap_at = 0.0F, overlap_slope = 0.0F;
+  float steepest = 0.0F;  // more nearness a tile than this, and a plane is edge-on (a share of the cell's, if relative)
+  bool relative = false;  // nearness is plain inverse depth
+  HandBack hand_back;
   bool clipped = false;  // the clip planes' limits in the pixels must be kept
   bool trusted = false;  // the order is exact: what lies behind an opaque pixel needs no look
 };

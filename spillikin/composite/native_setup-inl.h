@@ -135,8 +135,13 @@ HWY_INLINE MD setFace(const TileView& view, const Vec3D& n, const Vec3D& a, std:
   const MD positive = hn::Ge(pivot, hn::Zero(d));
   const VD magnitude = hn::Max(hn::Abs(pivot), least);
   const VD inverse = hn::Div(hn::Set(d, 1.0), hn::IfThenElse(positive, magnitude, hn::Neg(magnitude)));
-  storeHalf(hn::Mul(n.x, inverse), batch.face[k][0] + i);
-  storeHalf(hn::Mul(n.y, inverse), batch.face[k][1] + i);
+  const DH dh;
+  const auto x = hn::DemoteTo(dh, hn::Mul(n.x, inverse));
+  const auto y = hn::DemoteTo(dh, hn::Mul(n.y, inverse));
+  hn::Store(x, dh, batch.face[k][0] + i);
+  hn::Store(y, dh, batch.face[k][1] + i);
+  const auto slope = hn::Mul(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Set(dh, static_cast<float>(tile_size)));
+  hn::Store(k == 0 ? slope : hn::Max(slope, hn::Load(dh, batch.slope + i)), dh, batch.slope + i);
   const VD z = hn::Mul(constant, inverse);
   storeHalf(depths.parallel ? z : hn::Sub(z, hn::Set(d, depths.z0)), batch.face[k][2] + i);
   return positive;
@@ -249,7 +254,10 @@ HWY_NOINLINE void setCare(const TileView& view, std::size_t count, CellBatch& ba
                                        : (std::abs(batch.at[0][i]) + std::abs(batch.at[1][i])) * float(tile_size) +
                                              std::abs(batch.at[2][i] - batch.apex[i]);
     const bool steady = steep * view.rounding <= 0.02F * (batch.hi[i] - batch.lo[i]);
-    batch.care[i] = batch.look(pieces, i).care(batch.thickness[i] * view.longest, steady);
+    const float steepest = view.steepest * (view.relative ? batch.per_middle[i] : 1.0F);
+    batch.care[i] = !(batch.slope[i] <= steepest)
+                        ? Care::edge_on
+                        : batch.look(pieces, i).care(batch.thickness[i] * view.longest, steady);
   }
 }
 

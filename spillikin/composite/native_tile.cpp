@@ -55,6 +55,7 @@ void TilePainter::begin(const Screen& screen, const Box& window) {
 // Depths relative to the middle of the mesh err by a share of its extent, plain inverse depths by a share of
 // themselves.
 void TilePainter::setView() {
+  constexpr float edge_on_slope = 4e3F;    // where float leaves a thousandth of the mesh's depth unknown
   constexpr float float_rounding = 4e-7F;  // a few units in the last place
   const Depths& depths = screen_->depths();
   const double farthest = std::max(std::abs(depths.lo), std::abs(depths.hi));
@@ -65,13 +66,16 @@ void TilePainter::setView() {
   view_.width = window_.x1 - window_.x0;
   view_.height = window_.y1 - window_.y0;
   view_.trusted = screen_->frame().order.exact;
+  view_.relative = relative;
   if (relative) {
+    view_.steepest = edge_on_slope;
     view_.nearness_scale = 1.0 / farthest;
     view_.rounding = float_rounding;
     view_.overlap_at = 0.0F;
     view_.overlap_slope = static_cast<float>(overlap_tolerance);
   } else {
     const double range = std::abs(depths.nearness(depths.lo) - depths.nearness(depths.hi));
+    view_.steepest = edge_on_slope * static_cast<float>(range);
     view_.nearness_scale = depths.parallel ? std::max(range, farthest * 1e-9) : 1.0 / farthest;
     view_.rounding = float_rounding * static_cast<float>(depths.parallel ? range : range * farthest);
     view_.overlap_at = static_cast<float>(overlap_tolerance * range);
@@ -112,6 +116,7 @@ void TilePainter::composite(std::span<const Entry> entries) {
     std::size_t end = begin;
     while (tetrahedral && end < entries.size() && !entries[end].cut())
       ++end;
+    view_.hand_back = {[](void* self, Entry entry) { static_cast<TilePainter*>(self)->addCell(entry); }, this};
     if (end > begin) stats_.fragments += paintTetrahedra(view_, entries.subspan(begin, end - begin), pixels_, scratch_);
     for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end) {
       addCell(entries[end]);
@@ -227,6 +232,7 @@ bool TilePainter::collect(std::span<const Entry> entries, std::size_t most) {
     std::size_t end = begin;
     while (tetrahedral && end < entries.size() && !entries[end].cut())
       ++end;
+    view_.hand_back = {[](void* self, Entry entry) { static_cast<TilePainter*>(self)->collectCell(entry); }, this};
     if (end > begin &&
         !collectTetrahedra(view_, entries.subspan(begin, end - begin), wanted_, pixels_, scratch_, most, fragments_)) {
       return false;

@@ -18,6 +18,8 @@ struct WholeCell {
   static constexpr std::size_t max_edges = 96;
   static constexpr std::size_t max_triangles = 64;
   using Form = std::array<float, 3>;  // of x, y and 1
+  // A line's form, at most 1 over the tile, is off by less than this after float's rounding.
+  static constexpr float unsure = 4e-7F;
 
   struct Triangle {
     std::uint8_t ab = 0, bc = 0, ac = 0;  // edges; the corners a, b, c in the order of their ids
