@@ -66,6 +66,15 @@ void GapEdges::pairNonmatching() {
     const auto quad = quads.find(key(triangles[t].corner));
     if (quad != quads.end()) partner_[t] = quad->second;
   }
+  std::multimap<mesh::Id, std::uint32_t> by_partner;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (partner_[t] == mesh::none) continue;
+    const auto [first, last] = by_partner.equal_range(partner_[t]);
+    for (auto other = first; other != last; ++other) {
+      if (triangles[other->second].cell != triangles[t].cell) abutting_.emplace_back(other->second, t);
+    }
+    by_partner.emplace(partner_[t], t);
+  }
 }
 
 std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {

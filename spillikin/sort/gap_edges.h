@@ -30,6 +30,8 @@ class GapEdges {
   bool related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const;
 
   const ExteriorTree& tree() const { return tree_; }
+  // Pairs of exterior triangles of different cells that are taken for one face; few.
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>>& abutting() const { return abutting_; }
   std::span<const std::uint32_t> trianglesOf(mesh::Id cell) const;
   int sign(std::uint32_t triangle) const { return signs_.sign(row_[triangle]); }
   std::size_t bytes() const;
@@ -40,9 +42,10 @@ class GapEdges {
   const mesh::Mesh& mesh_;
   const FaceSigns& signs_;
   ExteriorTree tree_;
-  std::vector<std::size_t> row_;        // of FaceSigns, for each triangle of the tree
-  std::vector<mesh::Id> partner_;       // a quadrilateral face that it is half of, or that it and another abut, or none
-  std::vector<std::uint32_t> by_cell_;  // triangles by ascending cell
+  std::vector<std::size_t> row_;   // of FaceSigns, for each triangle of the tree
+  std::vector<mesh::Id> partner_;  // a quadrilateral face that it is half of, or that it and another abut, or none
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> abutting_;
+  std::vector<std::uint32_t> by_cell_;                             // triangles by ascending cell
   std::vector<std::vector<std::pair<mesh::Id, mesh::Id>>> found_;  // by fixed block of triangles: (behind, front) cells
 };
 

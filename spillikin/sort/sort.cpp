@@ -4,8 +4,11 @@
 #include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/sort/bsp_xmpvo.h"
 #include "spillikin/sort/convexified.h"
 #include "spillikin/sort/mpvo.h"
+#include "spillikin/sort/mpvonc.h"
+#include "spillikin/sort/newell.h"
 #include "spillikin/sort/power.h"
 #include "spillikin/sort/simple_orders.h"
 #include "spillikin/sort/xmpvo.h"
@@ -57,6 +60,12 @@ std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) 
       return std::make_unique<Xmpvo>(mesh);
     case Algorithm::convexified:
       return std::make_unique<Convexified>(mesh);
+    case Algorithm::bsp_xmpvo:
+      return std::make_unique<BspXmpvo>(mesh);
+    case Algorithm::mpvonc:
+      return std::make_unique<Mpvonc>(mesh);
+    case Algorithm::newell:
+      return std::make_unique<Newell>(mesh);
     case Algorithm::power:
       return std::make_unique<PowerSort>(mesh);
     case Algorithm::centroid:

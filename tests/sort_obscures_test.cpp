@@ -1,0 +1,386 @@
+// Orders against an oracle that shares nothing with them: whether one cell hides another is a linear program over the
+// corners of both, solved in exact arithmetic for all pairs; and against rays through every cell.
+#include <CGAL/Gmpzf.h>
+#include <CGAL/QP_functions.h>
+#include <CGAL/QP_models.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "spillikin/base/error.h"
+#include "spillikin/mesh/build.h"
+#include "spillikin/sort/checker.h"
+#include "spillikin/sort/cycle_cutter.h"
+#include "spillikin/sort/sort.h"
+#include "tests/support/meshes.h"
+
+namespace spillikin::sort {
+namespace {
+
+using Exact = CGAL::Gmpzf;
+using Program = CGAL::Quadratic_program<double>;
+
+// Does a ray from the viewpoint pass through the inside of convex cell a and then of b? Weights of the corners of a,
+// all at least s, give a point beside which weights of b, all at least s, give one farther on the same ray, by at least
+// s. True when the largest s is above `least`.
+bool obscures(const mesh::Mesh& mesh, mesh::Id a, mesh::Id b, const Viewpoint& v, double least = 1e-9) {
+  const auto va = mesh.vertices(a), vb = mesh.vertices(b);
+  const auto na = static_cast<int>(va.size()), nb = static_cast<int>(vb.size());
+  const bool parallel = v.w == 0.0;
+  const int s = na + nb, t = s + 1;  // variables: weights, s, and the way along a parallel view
+  Program lp(CGAL::SMALLER, true, 0, false, 0);
+  int row = 0;
+  for (int k = 0; k < 3; ++k, ++row) {  // b's point - a's point (scaled towards the viewer) = 0
+    for (int i = 0; i < na; ++i)
+      lp.set_a(i, row,
+               parallel ? mesh.points[va[static_cast<std::size_t>(i)]][k]
+                        : mesh.points[va[static_cast<std::size_t>(i)]][k] - v[k]);
+    for (int j = 0; j < nb; ++j)
+      lp.set_a(na + j, row,
+               parallel ? -mesh.points[vb[static_cast<std::size_t>(j)]][k]
+                        : v[k] - mesh.points[vb[static_cast<std::size_t>(j)]][k]);
+    if (parallel) lp.set_a(t, row, -v[k]);
+    lp.set_r(row, CGAL::EQUAL);
+  }
+  for (int j = 0; j < nb; ++j)
+    lp.set_a(na + j, row, 1);  // weights of b sum to one
+  lp.set_b(row, 1);
+  lp.set_r(row++, CGAL::EQUAL);
+  // Those of a sum to one in a parallel view; in perspective to t > 1, which brings a's point nearer by 1 / t.
+  for (int i = 0; i < na; ++i)
+    lp.set_a(i, row, 1);
+  if (!parallel) lp.set_a(s, row, -1);
+  lp.set_b(row, 1);
+  lp.set_r(row++, parallel ? CGAL::EQUAL : CGAL::LARGER);
+  if (parallel) {
+    lp.set_a(t, row, 1);
+    lp.set_a(s, row, -1);
+    lp.set_r(row++, CGAL::LARGER);
+  }
+  for (int i = 0; i < na + nb; ++i, ++row) {
+    lp.set_a(i, row, 1);
+    lp.set_a(s, row, -1);
+    lp.set_r(row, CGAL::LARGER);
+  }
+  lp.set_u(s, true, 1);
+  lp.set_c(s, -1);
+  const auto solution = CGAL::solve_linear_program(lp, Exact());
+  return !solution.is_infeasible() && -CGAL::to_double(solution.objective_value()) > least;
+}
+
+void expectAllPairs(const mesh::Mesh& mesh, const Viewpoint& v, const Order& order) {
+  ASSERT_TRUE(order.cuts.empty());
+  ASSERT_EQ(order.cells.size(), mesh.cell_count());
+  std::vector<std::size_t> place(mesh.cell_count(), mesh.cell_count());
+  for (std::size_t i = 0; i < order.cells.size(); ++i)
+    place[order.cells[i]] = i;
+  for (mesh::Id a = 0; a < mesh.cell_count(); ++a) {
+    ASSERT_LT(place[a], mesh.cell_count());
+    for (mesh::Id b = 0; b < mesh.cell_count(); ++b) {
+      // Only what would be an inversion needs the oracle.
+      if (a != b && place[a] < place[b]) {
+        ASSERT_FALSE(obscures(mesh, a, b, v)) << "cell " << a << " hides cell " << b << " but comes first";
+      }
+    }
+  }
+}
+
+// --- Meshes.
+
+mesh::Source keepCells(const mesh::Source& source, const std::function<bool(std::size_t)>& keep) {
+  mesh::Source out;
+  out.name = "part";
+  out.points = source.points;
+  out.offsets.push_back(0);
+  for (std::size_t c = 0; c < source.types.size(); ++c) {
+    if (!keep(c)) continue;
+    out.types.push_back(source.types[c]);
+    for (auto k = source.offsets[c]; k < source.offsets[c + 1]; ++k)
+      out.connectivity.push_back(source.connectivity[k]);
+    out.offsets.push_back(out.connectivity.size());
+  }
+  return out;
+}
+
+mesh::Source moved(mesh::Source source, double scale, const Vec3& shift) {
+  source.arrays.clear();
+  for (Vec3& p : source.points)
+    p = scale * p + shift;
+  return source;
+}
+
+// Concave, hollow, in several parts: cells of a Delaunay mesh taken away by chance.
+mesh::Source pierced(std::size_t points, std::uint64_t seed) {
+  const mesh::Source whole = tests::delaunayCube(points, seed);
+  std::mt19937_64 random(seed);
+  return keepCells(whole, [&](std::size_t) { return random() % 2 == 0; });
+}
+
+// A cell with hundreds of small ones beside it, touching but sharing no points.
+mesh::Source hugeBesideSmall() {
+  const mesh::Source small = moved(tests::tetrahedronGrid(2, 0.2, 4), 0.125, Vec3(1.0, 0.3, 0.4));
+  return tests::join(moved(tests::hexahedronGrid(1), 1.0, Vec3(0.0)), small);
+}
+
+// Blocks of different resolution, face to face.
+mesh::Source touching() {
+  return tests::join(moved(tests::hexahedronGrid(2), 1.0, Vec3(0.0)),
+                     moved(tests::hexahedronGrid(3), 1.0, Vec3(1.0, 0.1, 0.0)));
+}
+
+// A block inside the hollow of another.
+mesh::Source nested() {
+  const mesh::Source grid = moved(tests::hexahedronGrid(3), 1.0, Vec3(0.0));
+  const mesh::Source ring = keepCells(grid, [](std::size_t c) { return c != 13; });
+  return tests::join(ring, moved(tests::tetrahedronGrid(1), 0.2, Vec3(0.4, 0.41, 0.42)));
+}
+
+std::vector<Viewpoint> someViews(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  return {{0.5 + 4.0 * u(random), 0.5 + 4.0 * u(random), 3.0, 1.0},
+          {0.5 + 0.4 * u(random), 0.5 + 0.4 * u(random), 0.5 + 0.4 * u(random), 1.0},
+          {u(random), u(random), u(random), 0.0},
+          {0.0, 0.0, 1.0, 0.0},
+          {0.5, 0.5, 4.0, 1.0}};
+}
+
+struct Case {
+  const char* what;
+  mesh::Source source;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  for (const std::uint64_t seed : {11U, 12U, 13U})
+    all.push_back({"pierced", pierced(18, seed)});
+  all.push_back({"huge beside small", hugeBesideSmall()});
+  all.push_back({"touching", touching()});
+  all.push_back({"nested", nested()});
+  return all;
+}
+
+TEST(Obscures, OracleKnowsTwoBoxes) {
+  const mesh::Mesh mesh = mesh::build(tests::join(moved(tests::hexahedronGrid(1), 1.0, Vec3(0.0)),
+                                                  moved(tests::hexahedronGrid(1), 1.0, Vec3(0.5, 0.0, 2.0))));
+  ASSERT_EQ(mesh.cell_count(), 2U);
+  const mesh::Id high = mesh.points[mesh.vertices(0)[0]].z >= 2.0 ? 0 : 1;
+  EXPECT_TRUE(obscures(mesh, high, 1 - high, {0.5, 0.5, 9.0, 1.0}));
+  EXPECT_FALSE(obscures(mesh, 1 - high, high, {0.5, 0.5, 9.0, 1.0}));
+  EXPECT_TRUE(obscures(mesh, 1 - high, high, {0.0, 0.0, -1.0, 0.0}));
+  EXPECT_FALSE(obscures(mesh, high, 1 - high, {0.0, 0.0, -1.0, 0.0}));
+  EXPECT_FALSE(obscures(mesh, high, 1 - high, {1.0, 0.0, 0.0, 0.0}));
+}
+
+TEST(Obscures, NoPairIsInvertedByAnExactSort) {
+  for (const Case& c : cases()) {
+    const mesh::Mesh mesh = mesh::build(c.source);
+    for (const Algorithm a : {Algorithm::xmpvo, Algorithm::bsp_xmpvo, Algorithm::newell, Algorithm::automatic}) {
+      const auto sorter = makeSorter(a, mesh);
+      ASSERT_TRUE(sorter->exact()) << sorter->why();
+      Order order;
+      for (const Viewpoint& v : someViews(77)) {
+        SCOPED_TRACE(testing::Message() << c.what << ", " << name(a) << ", viewpoint " << v.x << ' ' << v.y << ' '
+                                        << v.z << ' ' << v.w);
+        (*sorter)(v, order);
+        EXPECT_TRUE(order.exact);
+        expectAllPairs(mesh, v, order);
+      }
+    }
+  }
+}
+
+TEST(Obscures, ConvexifiedIsExactWhereItFills) {
+  for (const std::uint64_t seed : {21U, 22U, 23U}) {
+    const mesh::Mesh mesh = mesh::build(pierced(18, seed));
+    std::unique_ptr<Sorter> sorter;
+    try {
+      sorter = makeSorter(Algorithm::convexified, mesh);
+    } catch (const Error& e) {  // a boundary that touches itself may be beyond TetGen, but nothing else may
+      EXPECT_NE(std::string(e.what()).find("cannot be filled"), std::string::npos);
+      continue;
+    }
+    Order order;
+    for (const Viewpoint& v : someViews(seed)) {
+      (*sorter)(v, order);
+      expectAllPairs(mesh, v, order);
+    }
+  }
+  const mesh::Mesh shell = mesh::build(tests::shell(3));
+  if (shell.tetrahedral()) {
+    EXPECT_TRUE(makeSorter(Algorithm::convexified, shell)->exact());
+  }
+}
+
+TEST(Obscures, ApproximateSortsListEveryCellOnce) {
+  const mesh::Mesh mesh = mesh::build(pierced(60, 5));
+  for (const Algorithm a :
+       {Algorithm::mpvonc, Algorithm::mpvo, Algorithm::centroid, Algorithm::power, Algorithm::none}) {
+    const auto sorter = makeSorter(a, mesh);
+    EXPECT_FALSE(sorter->exact());
+    Order order;
+    (*sorter)({3.0, 2.0, 5.0, 1.0}, order);
+    std::vector<mesh::Id> cells = order.cells;
+    std::sort(cells.begin(), cells.end());
+    ASSERT_EQ(cells.size(), mesh.cell_count()) << name(a);
+    for (mesh::Id c = 0; c < cells.size(); ++c)
+      ASSERT_EQ(cells[c], c);
+    EXPECT_FALSE(order.exact);
+  }
+}
+
+// --- Rays, for orders with cuts.
+
+// The interval of a ray in a convex cell, from the planes of its boundary.
+bool intersect(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& origin, const Vec3& direction, Crossing& out) {
+  mesh::Surface surface;
+  mesh::surface(mesh, cell, surface);
+  out = {cell, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (const auto& t : surface.triangles) {
+    const Vec3 &a = mesh.points[t[0]], u = mesh.points[t[1]] - a, w = mesh.points[t[2]] - a, p = origin - a;
+    const Vec3 n(u.y * w.z - u.z * w.y, u.z * w.x - u.x * w.z, u.x * w.y - u.y * w.x);
+    const double slope = n.x * direction.x + n.y * direction.y + n.z * direction.z;
+    const double height = n.x * p.x + n.y * p.y + n.z * p.z;
+    if (slope == 0.0) {
+      if (height > 0.0) return false;
+      continue;
+    }
+    if (slope < 0.0)
+      out.enter = std::max(out.enter, -height / slope);
+    else
+      out.leave = std::min(out.leave, -height / slope);
+  }
+  return out.enter < out.leave;
+}
+
+Tally shootRays(const mesh::Mesh& mesh, const Order& order, const Viewpoint& v, std::uint64_t seed) {
+  const OrderChecker checker(order, mesh.cell_count());
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  Vec3 lower = mesh.points.front(), upper = lower;
+  for (const Vec3& p : mesh.points) {
+    for (int k = 0; k < 3; ++k) {
+      lower[k] = std::min(lower[k], p[k]);
+      upper[k] = std::max(upper[k], p[k]);
+    }
+  }
+  Tally tally;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 target = lower + (upper - lower) * Vec3(u(random), u(random), u(random));
+    Vec3 direction = v.w == 0.0 ? -Vec3(v) : target - Vec3(v);
+    direction /= std::sqrt(direction.x * direction.x + direction.y * direction.y + direction.z * direction.z);
+    const Vec3 origin = v.w == 0.0 ? target - 10.0 * direction : Vec3(v);
+    std::vector<Crossing> crossings;
+    for (mesh::Id c = 0; c < mesh.cell_count(); ++c) {
+      Crossing crossing;
+      if (!intersect(mesh, c, origin, direction, crossing) || crossing.leave <= 0.0) continue;
+      crossing.enter = std::max(crossing.enter, 0.0);
+      crossings.push_back(crossing);
+    }
+    checker.add(i, 0, origin, direction, crossings, tally);
+  }
+  return tally;
+}
+
+mesh::Source box(const Vec3& lower, const Vec3& upper) {
+  const Vec3 &a = lower, &b = upper;
+  return tests::oneCell(mesh::vtk_cell::hexahedron, {{a.x, a.y, a.z},
+                                                     {b.x, a.y, a.z},
+                                                     {b.x, b.y, a.z},
+                                                     {a.x, b.y, a.z},
+                                                     {a.x, a.y, b.z},
+                                                     {b.x, a.y, b.z},
+                                                     {b.x, b.y, b.z},
+                                                     {a.x, b.y, b.z}});
+}
+
+// A stick along the axis a to b, of square section, leaning so that its ends lie at different heights.
+mesh::Source stick(const Vec3& a, const Vec3& b, double thick) {
+  const Vec3 d = b - a, side = Vec3(-d.y, d.x, 0.0) * (thick / std::sqrt(d.x * d.x + d.y * d.y)), up(0.0, 0.0, thick);
+  return tests::oneCell(mesh::vtk_cell::hexahedron, {a - side - up, b - side - up, b + side - up, a + side - up,
+                                                     a - side + up, b - side + up, b + side + up, a + side + up});
+}
+
+// k sticks, each with one end above the next and the other below the one before: a cycle for viewers on the axis.
+mesh::Source pinwheel(int k) {
+  mesh::Source all;
+  for (int i = 0; i < k; ++i) {
+    const double at = 2.0 * M_PI * i / k, next = at + 2.0 * M_PI / k;
+    const Vec3 p(std::cos(at), std::sin(at), 0.0), q(std::cos(next), std::sin(next), 0.0), d = q - p;
+    const mesh::Source s = stick(p - 0.4 * d + Vec3(0.0, 0.0, -0.3), q + 0.4 * d + Vec3(0.0, 0.0, 0.3), 0.05);
+    all = i == 0 ? s : tests::join(all, s);
+  }
+  return all;
+}
+
+TEST(Cycles, PinwheelsAreNamedAndCut) {
+  for (const int k : {3, 4, 5, 7}) {
+    const mesh::Mesh mesh = mesh::build(pinwheel(k));
+    ASSERT_EQ(mesh.cell_count(), static_cast<std::size_t>(k));
+    for (const Algorithm a : {Algorithm::xmpvo, Algorithm::bsp_xmpvo, Algorithm::newell, Algorithm::automatic}) {
+      const auto sorter = makeSorter(a, mesh);
+      for (const Viewpoint& v :
+           {Viewpoint(0.01, 0.02, 6.0, 1.0), Viewpoint(0.0, 0.0, -5.0, 1.0), Viewpoint(0.0, 0.0, 1.0, 0.0)}) {
+        SCOPED_TRACE(testing::Message() << k << " sticks, " << name(a) << ", z " << v.z << ", w " << v.w);
+        Order order;
+        (*sorter)(v, order);
+        ASSERT_EQ(order.cycles.size(), 1U);
+        EXPECT_EQ(order.cycles.front().size(), static_cast<std::size_t>(k));
+        EXPECT_FALSE(order.cuts.empty());
+        EXPECT_TRUE(order.exact);
+        const Tally tally = shootRays(mesh, order, v, 3);
+        EXPECT_GT(tally.pairs, 100U);
+        EXPECT_EQ(tally.inversions, 0U);
+      }
+      Order order;
+      (*sorter)(Viewpoint(9.0, 0.3, 0.1, 1.0), order);  // from the side there is none
+      EXPECT_TRUE(order.cycles.empty());
+      EXPECT_EQ(shootRays(mesh, order, Viewpoint(9.0, 0.3, 0.1, 1.0), 4).inversions, 0U);
+    }
+  }
+}
+
+TEST(Cycles, ProblemFacesOfTwistedHexahedra) {
+  const mesh::Mesh mesh = mesh::build(tests::hexahedronGrid(5, 0.35, 17));
+  const auto sorter = makeSorter(Algorithm::automatic, mesh);
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> u(-3.0, 4.0);
+  std::size_t cuts = 0;
+  for (int i = 0; i < 12; ++i) {
+    const Viewpoint v(u(random), u(random), u(random), 1.0);
+    Order order;
+    (*sorter)(v, order);
+    EXPECT_TRUE(order.exact);
+    cuts += order.cuts.size();
+    std::vector<std::size_t> entries(mesh.cell_count(), 0);
+    for (const mesh::Id c : order.cells)
+      ++entries[c];
+    EXPECT_EQ(std::count(entries.begin(), entries.end(), 0U), 0);
+  }
+  EXPECT_GT(cuts, 0U);
+}
+
+TEST(BadInput, OneCellAndTwoDistantCells) {
+  const mesh::Mesh one = mesh::build(box(Vec3(0.0), Vec3(1.0)));
+  const mesh::Mesh two = mesh::build(tests::join(box(Vec3(0.0), Vec3(1.0)), box(Vec3(1e6), Vec3(1e6 + 1.0))));
+  for (const Algorithm a : {Algorithm::automatic, Algorithm::mpvo, Algorithm::mpvonc, Algorithm::xmpvo,
+                            Algorithm::bsp_xmpvo, Algorithm::newell, Algorithm::centroid, Algorithm::none}) {
+    Order order;
+    for (const Viewpoint& v : someViews(1)) {
+      (*makeSorter(a, one))(v, order);
+      ASSERT_EQ(order.cells, std::vector<mesh::Id>{0}) << name(a);
+      (*makeSorter(a, two))(v, order);
+      ASSERT_EQ(order.cells.size(), 2U) << name(a);
+    }
+  }
+  Order order;
+  (*makeSorter(Algorithm::automatic, two))(Viewpoint(-1e6, -1e6, -1e6, 1.0), order);
+  const bool first_is_far = two.points[two.vertices(order.cells[0])[0]].x > 1e5;
+  EXPECT_TRUE(first_is_far);
+}
+
+}  // namespace
+}  // namespace spillikin::sort
