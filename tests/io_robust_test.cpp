@@ -138,6 +138,15 @@ TEST(BadInput, PartsOfAListAreMissing) {
   refusal(folder / "box.vtm");
 }
 
+// The reader would look for the missing time for ever.
+TEST(BadInput, FewerTimesThanSteps) {
+  const TempFolder folder;
+  tests::sample("box.case").write(folder);
+  std::string text = tests::readText(folder / "box.case");
+  writeText(folder / "box.case", text.substr(0, text.find(" 0.5")));
+  expectSays(refusal(folder / "box.case"), "2 steps, but has 1 time values");
+}
+
 TEST(BadInput, AListOfItself) {
   const TempFolder folder;
   tests::sample("box.pvd").write(folder);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 
 #include "spillikin/base/error.h"
 #include "spillikin/io/isolate.h"
@@ -21,14 +22,28 @@ void checkNotEmpty(const mesh::Source& source) {
       fmt::format("'{}' holds no {}; it is truncated or damaged, or no mesh: export it again", source.name, missing));
 }
 
+// Bytes that reading may meet: the file's, or those of all files beneath its folder where it names others.
+std::uintmax_t bytesToRead(const std::string& path, const Format& format) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!format.lists_files) return fs::file_size(path, error);
+  const fs::path folder = fs::absolute(path, error).parent_path();
+  std::uintmax_t sum = 0;
+  std::size_t looked_at = 0;
+  constexpr std::size_t at_most = 5000;  // files; where there are more, time is no bound
+  fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, error), end;
+  for (; !error && at != end && looked_at < at_most; at.increment(error), ++looked_at) {
+    std::error_code none;
+    if (at->is_regular_file(none)) sum += at->file_size(none);
+  }
+  return looked_at < at_most ? sum : std::numeric_limits<std::uint32_t>::max();
+}
+
 // Readers take some 0.1 s per megabyte of text; one that takes a hundred times as long is lost.
 unsigned cpuSeconds(const std::string& path, const Format& format) {
-  constexpr unsigned for_lists = 3600, at_least = 60, per_megabyte = 10;
-  if (format.lists_files) return for_lists;
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(path, error);
-  return error ? for_lists
-               : at_least + static_cast<unsigned>(std::min<std::uintmax_t>(bytes >> 20, 100000)) * per_megabyte;
+  const std::uintmax_t at_least = format.lists_files ? 60 : 20;
+  constexpr std::uintmax_t per_megabyte = 10, at_most = 100000;
+  return static_cast<unsigned>(std::min(at_least + per_megabyte * (bytesToRead(path, format) >> 20), at_most));
 }
 
 mesh::Source read(const Request& request, bool isolated) {
