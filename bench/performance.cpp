@@ -89,7 +89,8 @@ std::string machineSection(const bench::Roofline& r) {
   getloadavg(&load, 1);
   return fmt::format(
       "## The machine\n\n{}, {} cores, {:.0f} GB of memory, vectors of {} floats ({}). When the run began the load was "
-      "{:.1f}: above {} the cores are shared with other programs and every time is longer than it would be alone.\n\n"
+      "{:.1f}: above {} the cores are shared with other programs and every time is longer, every rate "
+      "and peak lower than it would be alone.\n\n"
       "| by a micro-benchmark in this run | one core | all cores |\n|---|---|---|\n"
       "| multiply-adds in single precision, Gflop/s | {:.1f} | {:.1f} |\n"
       "| memory moved by a[i] = b[i] + s c[i], GB/s | {:.1f} | {:.1f} |\n",
@@ -259,9 +260,9 @@ int report(const std::string& program, const Arguments& a) {
   const auto grid_rows = measure(program, grids);
   const auto pixel_rows = measure(program, sizes);
   std::string text =
-      "# Performance\n\nMade by `make bench`, in one run. Times on the wall unless \"processor\" is said: that is the "
-      "sum "
-      "over all cores. Compare ratios within this page, not figures between machines.\n\n" +
+      "# Performance\n\nMade by the programs that `make bench` runs. Times on the wall unless \"processor\" is said: "
+      "that "
+      "is the sum over all cores. Compare ratios within one table, not figures between machines.\n\n" +
       machineSection(roof);
   if (!cubes.empty() && number(rows.back(), "cells") > 900'000) {
     text += fmt::format("\nA million random tetrahedra in at most 0.13 s at 1024²: {:.3f} s, {}.\n",

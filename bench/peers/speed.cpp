@@ -88,12 +88,13 @@ void append(Frames& to, const Frames& more) {
   to.cpu.insert(to.cpu.end(), more.cpu.begin(), more.cpu.end());
 }
 
-Json measureFrames(render::Session& session, const VtkMesh& grid, const SpeedOptions& options) {
+Json measureFrames(render::Session& session, const VtkMesh& grid, const Targets& targets, const SpeedOptions& options) {
   const auto look = lookOf(session, integrate::default_preset);
   session.setTransferFunction(look);
   Walk walk(session.defaultView(options.size, options.size));
   std::vector<Contender> contenders;
   for (const Mapper m : mappers) {
+    if (m == Mapper::zsweep && targets.zsweep <= 0.0) continue;  // minutes a frame, and nothing to be measured against
     contenders.push_back({m, std::make_unique<VtkPeer>(m, grid, look, options.size, options.size), {}, false});
     contenders.back().frame(walk.here(), false, options.limit_seconds);
   }
@@ -161,6 +162,7 @@ Json measureSorts(const mesh::Mesh& tetrahedra, const VtkMesh& grid, const View&
 
 // "12.3× (≥ 10)": plainly marked where the target is missed.
 std::string ratioCell(const Json& frames, const char* peer, double target) {
+  if (!frames.contains(peer)) return "not run | –";
   const Json& p = frames[peer];
   const std::string goal = target > 0.0 ? fmt::format("≥ {:.0f}", target) : std::string("–");
   const double own = frames["spillikin"]["wall_seconds"];
@@ -236,7 +238,7 @@ Json measureSpeed(const Subject& subject, const SpeedOptions& options) {
   const mesh::Mesh& tetrahedra = cut ? cut->mesh : session.mesh();
   j["tetrahedra"] = tetrahedra.cell_count();
   const VtkMesh grid(tetrahedra, session.field());
-  j["frames"] = measureFrames(session, grid, options);
+  j["frames"] = measureFrames(session, grid, subject.targets, options);
   const render::Stats& stats = session.stats();
   j["fragments"] = stats.composite.fragments;
   j["sort"] = stats.sort.algorithm;
