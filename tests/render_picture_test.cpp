@@ -140,7 +140,7 @@ TEST(Picture, AssemblyOfPartsOfVeryDifferentSize) {
   const auto part = [](std::size_t n, const Vec3& scale, const Vec3& shift, double value) {
     mesh::Source source = tests::tetrahedronGrid(n, 0.0, 1);
     for (Vec3& p : source.points)
-      p = p * scale + shift;
+      p = p / static_cast<double>(n) * scale + shift;
     source.arrays.clear();
     tests::addPointArray(source, "part", [value](const Vec3&) { return value; });
     return source;

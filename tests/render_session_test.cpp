@@ -90,8 +90,10 @@ TEST(Session, OnlyWhatChangedIsRedone) {
 TEST(Session, ADeformedStepReusesTheAdjacencyAndDrawsTheSamePictureAsAFreshSession) {
   const mesh::Source before = tests::hexahedronGrid(4);
   mesh::Source after = before;
+  // Affine, so that faces stay planar: the diagonal of a bent face depends on the numbering, which a fresh build makes
+  // anew.
   for (Vec3& p : after.points)
-    p += 0.05 * Vec3(std::sin(3.0 * p.y), std::sin(2.0 * p.z), std::cos(2.0 * p.x));
+    p += 0.2 * Vec3(p.y, p.z, 0.5 * p.x);
   render::Session moved(before);
   moved.setSource(after);
   moved.setField("");
