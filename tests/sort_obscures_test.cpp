@@ -127,15 +127,14 @@ mesh::Source hugeBesideSmall() {
 
 // Blocks of different resolution, face to face.
 mesh::Source touching() {
-  return tests::join(moved(tests::hexahedronGrid(2), 1.0, Vec3(0.0)),
-                     moved(tests::hexahedronGrid(3), 1.0, Vec3(1.0, 0.1, 0.0)));
+  return tests::join(tests::hexahedronGrid(2), moved(tests::hexahedronGrid(3), 2.0 / 3.0, Vec3(2.0, 0.1, 0.0)));
 }
 
 // A block inside the hollow of another.
 mesh::Source nested() {
-  const mesh::Source grid = moved(tests::hexahedronGrid(3), 1.0, Vec3(0.0));
+  const mesh::Source grid = tests::hexahedronGrid(3);
   const mesh::Source ring = keepCells(grid, [](std::size_t c) { return c != 13; });
-  return tests::join(ring, moved(tests::tetrahedronGrid(1), 0.2, Vec3(0.4, 0.41, 0.42)));
+  return tests::join(ring, moved(tests::tetrahedronGrid(1), 0.4, Vec3(1.3, 1.31, 1.32)));
 }
 
 std::vector<Viewpoint> someViews(std::uint64_t seed) {
@@ -268,7 +267,7 @@ Tally shootRays(const mesh::Mesh& mesh, const Order& order, const Viewpoint& v, 
     }
   }
   Tally tally;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 20000; ++i) {
     const Vec3 target = lower + (upper - lower) * Vec3(u(random), u(random), u(random));
     Vec3 direction = v.w == 0.0 ? -Vec3(v) : target - Vec3(v);
     direction /= std::sqrt(direction.x * direction.x + direction.y * direction.y + direction.z * direction.z);
@@ -332,7 +331,7 @@ TEST(Cycles, PinwheelsAreNamedAndCut) {
         EXPECT_FALSE(order.cuts.empty());
         EXPECT_TRUE(order.exact);
         const Tally tally = shootRays(mesh, order, v, 3);
-        EXPECT_GT(tally.pairs, 100U);
+        EXPECT_GT(tally.pairs, 10U);
         EXPECT_EQ(tally.inversions, 0U);
       }
       Order order;

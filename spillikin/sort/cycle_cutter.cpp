@@ -120,11 +120,31 @@ void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
           if (finder.sign(entry) <= 0 || !finder.related(exit, entry, viewpoint_)) continue;
           const Triangle a = finder.tree().corners(exit), b = finder.tree().corners(entry);
           if (!seenTogether(a, b, viewpoint_, tolerance_)) continue;
-          edges_.push_back({i, j, {a.begin(), a.end()}, {b.begin(), b.end()}});
+          Edge edge{i, j, {a.begin(), a.end()}, {b.begin(), b.end()}};
+          narrow(edge);
+          if (!edge.exit.empty()) edges_.push_back(std::move(edge));
         }
       }
     }
   }
+}
+
+// Leaves of both windows what one is seen of through the other; empties the exit where that is nothing.
+void CycleCutter::narrow(Edge& edge) const {
+  const Polygon exit = edge.exit, entry = edge.entry;
+  const auto within = [&](Polygon polygon, const Polygon& window) {
+    std::vector<Plane> planes;
+    eyePlanes(window, planes);
+    for (const Plane& plane : planes) {
+      const int s = side(window, plane.half);
+      if (polygon.empty() || (s != 1 && s != -1)) continue;
+      polygon = clip(polygon, s > 0 ? plane.half : opposite(plane.half));
+    }
+    return polygon;
+  };
+  edge.exit = within(exit, entry);
+  edge.entry = within(entry, exit);
+  if (edge.exit.empty() || edge.entry.empty()) edge.exit.clear();
 }
 
 bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
@@ -444,7 +464,11 @@ void CycleCutter::cut(const Choice& choice, const Edges& at_piece, Nodes& nodes,
       if (h == 1) (edge.from == near ? halves[h].from : halves[h].to) = far;
       const Polygon& other = halves[h].entry.empty() ? halves[h].exit : halves[h].entry;
       const bool gone = polygon.empty() || !seenTogether(halves[h].exit, other, viewpoint_, tolerance_);
-      if (gone) halves[h].exit.clear();
+      if (gone) {
+        halves[h].exit.clear();
+      } else if (!edge.entry.empty()) {
+        narrow(halves[h]);
+      }
     }
     edges_[e] = halves[0];
     if (!halves[1].exit.empty()) {

@@ -62,6 +62,7 @@ class CycleCutter {
   void faceEdges(std::span<const mesh::Id> component);
   void gapEdges(std::span<const mesh::Id> component);
   void addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row, const std::array<mesh::Id, 3>& corner);
+  void narrow(Edge& edge) const;
   bool resolve(Nodes nodes, Edges edges, Order& order);
   void dropLeast(const Edges& cycle);
   Choice chooseCut(const Edges& cycle) const;
