@@ -249,7 +249,12 @@ integrate::TransferFunction Session::defaultTransferFunction() const {
 Image Session::draw() {
   Impl& s = *impl_;
   s.sort();
-  if (!s.compositor) s.compositor = composite::makeCompositor(s.engine.backend);
+  if (!s.compositor) {
+    // The native compositor integrates exactly or not at all; the hardware's approximations are OpenGL's.
+    const bool approximate = s.engine.integration != composite::Integration::exact;
+    const bool choose = s.engine.backend == composite::Backend::automatic && approximate;
+    s.compositor = composite::makeCompositor(choose ? composite::Backend::osmesa : s.engine.backend);
+  }
   Image image;
   const composite::Frame frame{s.drawnMesh(), s.drawnField(), s.transfer_function,
                                *s.camera,     s.order,        s.engine.integration,
