@@ -45,7 +45,7 @@ class Native final : public Compositor {
 FrameStats Native::draw(const Frame& frame, Image& image) {
   if (frame.integration != Integration::exact) {
     throw Error(
-        "the native backend composites by exact integration only; ask for --integration exact or another backend");
+        "the native backend composites by exact integration only; use --integrate exact, or --backend osmesa");
   }
   const int width = frame.camera.width();
   const int height = frame.camera.height();
