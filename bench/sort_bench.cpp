@@ -1,0 +1,191 @@
+// Every visibility sort, a new viewpoint each time. Cells per second of real time; `cpu` counts all threads.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "spillikin/base/error.h"
+#include "spillikin/mesh/build.h"
+#include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/sort.h"
+#include "tests/support/meshes.h"
+
+namespace {
+
+using namespace spillikin;
+using sort::Algorithm;
+
+// 6 n^3 tetrahedra of a jittered grid; kept, since making them takes longer than what is measured.
+const mesh::Mesh& grid(std::size_t n) {
+  static std::map<std::size_t, mesh::Mesh> made;
+  const auto [at, fresh] = made.try_emplace(n);
+  if (fresh) at->second = mesh::build(tests::tetrahedronGrid(n, 0.3, 1));
+  return at->second;
+}
+
+// A thick spherical shell with an opening.
+const mesh::Mesh& shell(std::size_t n) {
+  static std::map<std::size_t, mesh::Mesh> made;
+  const auto [at, fresh] = made.try_emplace(n);
+  if (fresh) at->second = mesh::build(tests::shell(n));
+  return at->second;
+}
+
+Viewpoint eye(const mesh::Mesh& mesh, int view, double step) {
+  Vec3 lower = mesh.points.front(), upper = lower;
+  for (std::size_t i = 0; i < mesh.points.size(); i += 97) {
+    for (int k = 0; k < 3; ++k) {
+      lower[k] = std::min(lower[k], mesh.points[i][k]);
+      upper[k] = std::max(upper[k], mesh.points[i][k]);
+    }
+  }
+  const Vec3 middle = 0.5 * (lower + upper), size = upper - lower;
+  const double far = 2.0 * std::max(size.x, std::max(size.y, size.z)), at = 0.3 + step * view;
+  return {middle + far * Vec3(std::sin(at), 0.31, std::cos(at)), 1.0};
+}
+
+constexpr double four_degrees = 0.0698, small_step = 1e-4;  // radians
+
+void run(benchmark::State& state, Algorithm algorithm, const mesh::Mesh& mesh, double step) {
+  std::unique_ptr<sort::Sorter> sorter;
+  try {
+    sorter = sort::makeSorter(algorithm, mesh);
+  } catch (const Error& error) {
+    state.SkipWithError(error.what());
+    return;
+  }
+  std::vector<Viewpoint> eyes;
+  for (int i = 0; i < 90; ++i)
+    eyes.push_back(eye(mesh, i, step));
+  sort::Order order;
+  std::size_t view = 0;
+  for (auto _ : state) {
+    (*sorter)(eyes[view++ % eyes.size()], order);
+    benchmark::DoNotOptimize(order.cells.data());
+  }
+  const auto cells = static_cast<double>(mesh.cell_count());
+  state.counters["cells"] = cells;
+  state.counters["cells/s"] = benchmark::Counter(cells, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["bytes/cell"] = static_cast<double>(sorter->bytes()) / cells;
+  state.counters["layers"] = static_cast<double>(order.layer_offset.size());
+}
+
+void onGrid(benchmark::State& state, Algorithm algorithm, double step) {
+  run(state, algorithm, grid(static_cast<std::size_t>(state.range(0))), step);
+}
+BENCHMARK_CAPTURE(onGrid, mpvo, Algorithm::mpvo, four_degrees)
+    ->Name("sort/mpvo")
+    ->Arg(12)
+    ->Arg(26)
+    ->Arg(55)
+    ->Arg(119)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onGrid, mpvo_small, Algorithm::mpvo, small_step)
+    ->Name("sort/mpvo/small-step")
+    ->Arg(55)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onGrid, power, Algorithm::power, four_degrees)
+    ->Name("sort/power")
+    ->Arg(12)
+    ->Arg(26)
+    ->Arg(55)
+    ->Arg(119)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onGrid, centroid, Algorithm::centroid, four_degrees)
+    ->Name("sort/centroid")
+    ->Arg(12)
+    ->Arg(26)
+    ->Arg(55)
+    ->Arg(119)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onGrid, mpvonc, Algorithm::mpvonc, four_degrees)
+    ->Name("sort/mpvonc")
+    ->Arg(55)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+void onShell(benchmark::State& state, Algorithm algorithm) {
+  run(state, algorithm, shell(static_cast<std::size_t>(state.range(0))), four_degrees);
+}
+BENCHMARK_CAPTURE(onShell, mpvo, Algorithm::mpvo)
+    ->Name("sort/shell/mpvo-inexact")
+    ->Arg(16)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onShell, xmpvo, Algorithm::xmpvo)
+    ->Name("sort/shell/xmpvo")
+    ->Arg(16)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onShell, bsp, Algorithm::bsp_xmpvo)
+    ->Name("sort/shell/bsp-xmpvo")
+    ->Arg(16)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onShell, convexified, Algorithm::convexified)
+    ->Name("sort/shell/convexified")
+    ->Arg(16)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+// The two halves of a view.
+void faceSigns(benchmark::State& state) {
+  const mesh::Mesh& mesh = grid(static_cast<std::size_t>(state.range(0)));
+  sort::FaceSigns signs(mesh);
+  int view = 0;
+  for (auto _ : state)
+    signs(eye(mesh, view++ % 90, four_degrees));
+  state.counters["faces/s"] =
+      benchmark::Counter(static_cast<double>(mesh.face_count()), benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["exact"] = static_cast<double>(signs.exactCalls());
+}
+BENCHMARK(faceSigns)
+    ->Name("sort/face-signs")
+    ->Arg(55)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+void layers(benchmark::State& state) {
+  const mesh::Mesh& mesh = grid(static_cast<std::size_t>(state.range(0)));
+  sort::FaceSigns signs(mesh);
+  sort::LayeredSort layered(mesh);
+  signs(eye(mesh, 0, four_degrees));
+  sort::Order order;
+  for (auto _ : state)
+    layered(signs, order);
+  state.counters["cells/s"] =
+      benchmark::Counter(static_cast<double>(mesh.cell_count()), benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(layers)->Name("sort/layers")->Arg(55)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+
+void prepare(benchmark::State& state) {
+  const mesh::Mesh& mesh = grid(static_cast<std::size_t>(state.range(0)));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(sort::makeSorter(Algorithm::mpvo, mesh)->bytes());
+}
+BENCHMARK(prepare)
+    ->Name("sort/mpvo/prepare")
+    ->Arg(55)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+}  // namespace
