@@ -46,6 +46,10 @@ std::size_t size(vtkIdType count) {
   return static_cast<std::size_t>(std::max<vtkIdType>(count, 0));
 }
 
+vtkIdType id(std::size_t index) {
+  return static_cast<vtkIdType>(index);
+}
+
 // ---- Points ---------------------------------------------------------------------------------------------------------
 
 struct CopyValues {
@@ -176,7 +180,7 @@ void appendHexahedra(const std::array<int, 3>& dims, Source& source, Base base) 
         const std::size_t at = i + nx * (j + ny * k);
         for (const std::size_t up : {std::size_t{0}, nx * ny}) {
           for (const std::size_t corner : {std::size_t{0}, std::size_t{1}, nx + 1, nx}) {
-            ids.add(static_cast<vtkIdType>(at + up + corner));
+            ids.add(id(at + up + corner));
           }
         }
         ids.endCell(mesh::vtk_cell::hexahedron);

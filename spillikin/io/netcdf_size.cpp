@@ -37,7 +37,7 @@ class Header {
   explicit Header(const std::string& path) : in_(path, std::ios::binary) {
     std::array<char, 4> magic{};
     in_.read(magic.data(), 4);
-    version_ = magic[3];
+    version_ = static_cast<unsigned char>(magic[3]);
     good_ = in_.gcount() == 4 && magic[0] == 'C' && magic[1] == 'D' && magic[2] == 'F' &&
             (version_ == 1 || version_ == 2 || version_ == 5);
   }

@@ -37,7 +37,7 @@ std::string_view entry(std::string_view header, const std::string& key) {
   std::size_t at = header.find("'" + key + "'");
   if (at == std::string_view::npos) throw Error(fmt::format("its header has no '{}'", key));
   at = header.find(':', at);
-  at = header.find_first_not_of(" ", at == std::string_view::npos ? at : at + 1);
+  at = header.find_first_not_of(' ', at == std::string_view::npos ? at : at + 1);
   if (at == std::string_view::npos) throw Error(fmt::format("its header has no value for '{}'", key));
   return header.substr(at);
 }

@@ -111,6 +111,7 @@ class Sampler {
 // The values of all nodes, and of the steps between opacity nodes, each once.
 std::vector<double> breakValues(const std::vector<ColorNode>& colors, const std::vector<OpacityNode>& opacities) {
   std::vector<double> values;
+  values.reserve(colors.size() + 2 * opacities.size());
   for (const ColorNode& node : colors)
     values.push_back(node.value);
   for (std::size_t i = 0; i < opacities.size(); ++i) {
