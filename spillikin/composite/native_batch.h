@@ -14,13 +14,14 @@ namespace spillikin::composite::native {
 
 inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
 
-// A fragment of a cell that needs no full care is optically thinner than this.
+// Fragments of a cell are optically thinner than these where it is shaded by a short and by a long series.
 inline constexpr float thin_depth = 0.125F;
+inline constexpr float deep_depth = 1.0F;
 
 // How a cell is shaded: by a short series, the whole cell in one piece of the transfer function; the same cut at the
-// one or the several places where pieces meet; or with the scalar kept within the cell's range and at any depth.
-// An edge-on face takes the cell out of the kernel's hands.
-enum class Care : std::int32_t { none, cut, cuts, full, edge_on };
+// one or the several places where pieces meet; by a long series; or with the scalar kept within the cell's range and at
+// any depth. An edge-on face takes the cell out of the kernel's hands.
+enum class Care : std::int32_t { none, cut, cuts, deep, full, edge_on };
 
 // What a cell shows of the transfer function: its pieces first .. last, over the scalar's range.
 struct Look {
@@ -39,7 +40,8 @@ struct Look {
       most = std::max(most, p.extinction + p.extinction_slope * (from - p.anchor));
       most = std::max(most, p.extinction + p.extinction_slope * (to - p.anchor));
     }
-    return steady && most * length < thin_depth ? static_cast<Care>(std::min(last - first, 2)) : Care::full;
+    if (!steady || !(most * length < deep_depth)) return Care::full;
+    return most * length < thin_depth ? static_cast<Care>(std::min(last - first, 2)) : Care::deep;
   }
 };
 

@@ -209,6 +209,9 @@ std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const
       case Care::cuts:
         fragments += shadeCell<Parallel, Care::cuts>(view, batch, i, covered, n, pixels);
         break;
+      case Care::deep:
+        fragments += shadeCell<Parallel, Care::deep>(view, batch, i, covered, n, pixels);
+        break;
       case Care::full:
         fragments += shadeCell<Parallel, Care::full>(view, batch, i, covered, n, pixels);
         break;
@@ -344,6 +347,8 @@ std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pi
       return shadeWhole<Parallel, Clipped, Care::cut>(view, cell, pixels, scratch);
     case Care::cuts:
       return shadeWhole<Parallel, Clipped, Care::cuts>(view, cell, pixels, scratch);
+    case Care::deep:
+      return shadeWhole<Parallel, Clipped, Care::deep>(view, cell, pixels, scratch);
     case Care::full:
     case Care::edge_on:
       break;
@@ -437,6 +442,8 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
       return collectCell<Parallel, Care::cut>(view, batch, i, n, wanted, pixels, scratch, out);
     case Care::cuts:
       return collectCell<Parallel, Care::cuts>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::deep:
+      return collectCell<Parallel, Care::deep>(view, batch, i, n, wanted, pixels, scratch, out);
     case Care::full:
       return collectCell<Parallel, Care::full>(view, batch, i, n, wanted, pixels, scratch, out);
     case Care::edge_on:

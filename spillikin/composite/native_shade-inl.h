@@ -109,8 +109,8 @@ class Shader<Care::none> {
     const DF d;
     const VF depth = hn::Mul(s.length, hn::MulAdd(piece_.extinction_slope, s.mean, piece_.extinction));
     const VF growth = hn::Mul(hn::Mul(s.length, twice_slope_), s.half);
-    const VF alpha = thinAlpha(depth);
-    const VF tint = hn::MulAdd(s.mean, alpha, hn::Mul(s.half, thinSkew(depth, depth, growth)));
+    const VF alpha = ThinSeries::alpha(depth);
+    const VF tint = hn::MulAdd(s.mean, alpha, hn::Mul(s.half, ThinSeries::skew(depth, depth, growth, depth)));
 
     const VF light = hn::Load(d, pixels.light.data() + first);
     const VF a = hn::Mul(light, alpha);
@@ -140,11 +140,12 @@ struct Rising {
   explicit HWY_INLINE Rising(const Segment& s) {
     const DF d;
     // One along which the scalar stays the same counts as one that rises by this much.
-    const VF least = hn::Set(d, 1.25e-7F);
-    const VF half = hn::Max(hn::Abs(s.half), least);
+    const VF half = hn::Max(hn::Abs(s.half), hn::Set(d, 1.25e-7F));
     lo = hn::Sub(s.mean, half);
     hi = hn::Add(s.mean, half);
-    twice_rate = hn::Mul(s.length, reciprocal(half));
+    // From the ends as rounded: the lengths of the parts must add up. (Lanes outside of the cell may lie anywhere.)
+    const VF change = hn::Max(hn::Sub(hi, lo), hn::Set(d, 6e-8F));
+    twice_rate = hn::Mul(hn::Add(s.length, s.length), reciprocal(change));
     up = hn::Ge(s.half, hn::Zero(d));
     sign = hn::CopySign(hn::Set(d, 1.0F), s.half);
   }
@@ -153,6 +154,7 @@ struct Rising {
 // The part of a thin segment between two values, in one piece of the transfer function. With f the light at the low end
 // of the part and f' at its high end, the part's opacity times its light is |f' - f|; where the scalar falls along the
 // ray, light is counted from the far end and grows. Returns f'.
+template <class Series>
 HWY_INLINE VF part(const Rising& r, const PieceV& piece, VF anchor, VF from, VF to, VF f, VF& opacity, VF& tint) {
   const DF d;
   const VF half = hn::Mul(hn::Sub(to, from), hn::Set(d, 0.5F));
@@ -161,10 +163,10 @@ HWY_INLINE VF part(const Rising& r, const PieceV& piece, VF anchor, VF from, VF 
   const VF depth = hn::Mul(length, hn::MulAdd(piece.extinction_slope, mean, piece.extinction));
   const VF growth = hn::Mul(hn::Mul(length, piece.extinction_slope), hn::Add(half, half));
   const VF signed_depth = hn::Mul(depth, r.sign);
-  const VF after = hn::NegMulAdd(f, thinAlpha(signed_depth), f);
+  const VF after = hn::NegMulAdd(f, Series::alpha(signed_depth), f);
   opacity = hn::Abs(hn::Sub(f, after));
   const VF light = hn::IfThenElse(r.up, f, after);
-  tint = hn::MulAdd(mean, opacity, hn::Mul(hn::Mul(light, half), thinSkew(depth, signed_depth, growth)));
+  tint = hn::MulAdd(mean, opacity, hn::Mul(hn::Mul(light, half), Series::skew(depth, signed_depth, growth, r.sign)));
   return after;
 }
 
@@ -202,8 +204,8 @@ class Shader<Care::cut> {
     const Rising r(s);
     const VF cut = hn::Max(r.lo, hn::Min(r.hi, cut_));
     VF a0, t0, a1, t1;
-    VF f = part(r, low_, low_anchor_, r.lo, cut, hn::Set(d, 1.0F), a0, t0);
-    f = part(r, high_, high_anchor_, cut, r.hi, f, a1, t1);
+    VF f = part<ThinSeries>(r, low_, low_anchor_, r.lo, cut, hn::Set(d, 1.0F), a0, t0);
+    f = part<ThinSeries>(r, high_, high_anchor_, cut, r.hi, f, a1, t1);
     const auto mix = [&](VF b0, VF s0, VF b1, VF s1) HWY_ATTR {
       return hn::MulAdd(b0, a0, hn::MulAdd(s0, t0, hn::MulAdd(b1, a1, hn::Mul(s1, t1))));
     };
@@ -217,11 +219,11 @@ class Shader<Care::cut> {
   VF cut_, low_anchor_, high_anchor_;
 };
 
-// A thin fragment of a cell that reaches over several pieces.
-template <>
-class Shader<Care::cuts> {
+// A fragment of a cell that reaches over several pieces, or is not so thin.
+template <class Series>
+class PiecewiseShader {
  public:
-  explicit HWY_INLINE Shader(const Look& look) : pieces_(look.pieces), first_(look.first), last_(look.last) {}
+  explicit HWY_INLINE PiecewiseShader(const Look& look) : pieces_(look.pieces), first_(look.first), last_(look.last) {}
   float anchor() const { return 0.0F; }
 
   HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
@@ -237,7 +239,7 @@ class Shader<Care::cuts> {
       if (hn::AllTrue(d, hn::Eq(from, to))) continue;
       const PieceV piece(pieces_[k]);
       VF a, t;
-      f = part(r, piece, hn::Set(d, pieces_[k].anchor), from, to, f, a, t);
+      f = part<Series>(r, piece, hn::Set(d, pieces_[k].anchor), from, to, f, a, t);
       from = to;
       red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, t, red));
       green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, t, green));
@@ -249,6 +251,18 @@ class Shader<Care::cuts> {
  private:
   const Piece* pieces_;
   std::int32_t first_, last_;
+};
+
+template <>
+class Shader<Care::cuts> : public PiecewiseShader<ThinSeries> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : PiecewiseShader(look) {}
+};
+
+template <>
+class Shader<Care::deep> : public PiecewiseShader<DeepSeries> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : PiecewiseShader(look) {}
 };
 
 // Any fragment: cut where it passes from one piece of the transfer function to the next, each part at any depth.

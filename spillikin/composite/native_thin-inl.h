@@ -43,19 +43,34 @@ HWY_INLINE VF polynomial(VF m, const float (&c)[N]) {
   return sum;
 }
 
-// For |m| <= thin_depth: relative error below 3e-6.
-HWY_INLINE VF thinAlpha(VF m) {
-  constexpr float c[] = {1.0F, -1.0F / 2, 1.0F / 6, -1.0F / 24};
-  return hn::Mul(m, polynomial(m, c));
-}
+// The short series, for |m| <= thin_depth and |d| <= 2 |m|: alpha to 3e-6 (relative), skew to 1e-4 (and of the colour,
+// that times half its change). To be taken from the low end of a segment whose scalar falls along the ray, `sign` is -1
+// and m comes with it: ends and skew change their signs, but for the terms even in d.
+struct ThinSeries {
+  static HWY_INLINE VF alpha(VF signed_m) {
+    constexpr float c[] = {1.0F, -1.0F / 2, 1.0F / 6, -1.0F / 24};
+    return hn::Mul(signed_m, polynomial(signed_m, c));
+  }
+  static HWY_INLINE VF skew(VF m, VF signed_m, VF d, VF /*sign*/) {
+    constexpr float c[] = {1.0F / 6, -1.0F / 12};
+    return hn::Mul(hn::NegMulAdd(m, signed_m, d), polynomial(m, c));
+  }
+};
 
-// For m <= thin_depth, |d| <= 2 m: absolute error below 1e-4 (and of the colour, that times half its change). To be
-// taken from the low end of a segment whose scalar falls along the ray, m is signed negative: ends and skew change
-// their signs, but for the term of the depth alone.
-HWY_INLINE VF thinSkew(VF m, VF signed_m, VF d) {
-  constexpr float c[] = {1.0F / 6, -1.0F / 12};
-  return hn::Mul(hn::NegMulAdd(m, signed_m, d), polynomial(m, c));
-}
+// The long series, for |m| <= deep_depth: alpha to 3e-6 (relative), skew to 5e-4.
+struct DeepSeries {
+  static HWY_INLINE VF alpha(VF signed_m) {
+    constexpr float c[] = {1.0F, -1.0F / 2, 1.0F / 6, -1.0F / 24, 1.0F / 120, -1.0F / 720, 1.0F / 5040, -1.0F / 40320};
+    return hn::Mul(signed_m, polynomial(signed_m, c));
+  }
+  static HWY_INLINE VF skew(VF m, VF signed_m, VF d, VF sign) {
+    constexpr float k1[] = {1.0F / 6, -1.0F / 12, 1.0F / 40, -1.0F / 180, 1.0F / 1008};
+    constexpr float k2[] = {1.0F / 30 / 4, -1.0F / 60 / 4, 1.0F / 210 / 4};
+    constexpr float k3[] = {1.0F / 140 / 24, -1.0F / 280 / 24};
+    const VF high = hn::MulAdd(hn::Mul(d, sign), polynomial(m, k2), hn::Mul(hn::Mul(d, d), polynomial(m, k3)));
+    return hn::MulAdd(d, high, hn::Mul(hn::NegMulAdd(m, signed_m, d), polynomial(m, k1)));
+  }
+};
 
 // Any optical depth: integrate's own evaluation, which costs twice as much thin and five times as much thick. `front`
 // is the scalar at the front, relative to where the extinction is `extinction`.
