@@ -68,7 +68,8 @@ void BspXmpvo::drain(const Viewpoint& viewpoint, Order& order) {
     const mesh::Id cell = queue_.back();
     queue_.pop_back();
     bool waits = false;
-    for (std::size_t i = 0; i < partial_.size(); ++i) {
+    const bool boundary = !gaps_.trianglesOf(cell).empty();
+    for (std::size_t i = 0; boundary && i < partial_.size(); ++i) {
       if (partial_[i] == cell || !hides(cell, partial_[i], viewpoint)) continue;
       held_.emplace_back(partial_[i], cell);
       ++waits_[cell];

@@ -118,56 +118,7 @@ void ExteriorTree::build() {
     if (count <= wide) break;
     boxes.swap(parents);
   }
-}
-
-void ExteriorTree::inRegion(const Plane* planes, std::size_t count, std::vector<std::uint32_t>& out) const {
-  if (levels_.empty()) return;
-  struct Query {
-    float x, y, z, w;
-  };
-  constexpr std::size_t most = 8;
-  Query queries[most];
-  count = std::min(count, most);
-  for (std::size_t q = 0; q < count; ++q) {
-    const Vec3& n = planes[q].normal;
-    const double offset = dot(n, planes[q].through - origin_) * scale_;
-    queries[q] = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z),
-                  margin - static_cast<float>(offset)};
-  }
-  struct Entry {
-    std::uint32_t level, node;
-  };
-  constexpr std::size_t deepest = 12;  // levels of 8: far more than 2^32 triangles
-  Entry stack[deepest * wide];
-  std::size_t depth = 0;
-  stack[depth++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
-  while (depth > 0) {
-    const Entry entry = stack[--depth];
-    const Level& level = levels_[entry.level];
-    const Node& node = nodes_[level.first + entry.node];
-    std::array<float, wide> least;
-    least.fill(std::numeric_limits<float>::infinity());
-    for (std::size_t q = 0; q < count; ++q) {
-      const float x = queries[q].x, y = queries[q].y, z = queries[q].z, w = queries[q].w;
-      const float ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
-      for (std::size_t j = 0; j < wide; ++j) {
-        const float s = x * node.cx[j] + y * node.cy[j] + z * node.cz[j] + (ax * node.hx[j] + ay * node.hy[j]) +
-                        (az * node.hz[j] + w);
-        least[j] = std::min(least[j], s);
-      }
-    }
-    const std::size_t first = wide * std::size_t{entry.node};
-    const std::size_t boxes = std::min(wide, level.count - first);
-    for (std::size_t j = 0; j < boxes; ++j) {
-      if (least[j] < 0.0F) continue;
-      const auto box = static_cast<std::uint32_t>(first + j);
-      if (entry.level == 0) {
-        out.push_back(box);
-      } else {
-        stack[depth++] = {entry.level - 1, box};
-      }
-    }
-  }
+  wanted_.assign(nodes_.size(), 0xFF);
 }
 
 void ExteriorTree::inShadow(std::size_t t, int sign, const Viewpoint& viewpoint,
@@ -175,18 +126,23 @@ void ExteriorTree::inShadow(std::size_t t, int sign, const Viewpoint& viewpoint,
   // det[b - a, c - a, V - a] has the sign `sign`, so that (b - a) x (V - a) has c on the side -sign, and the triangle's
   // own normal has the viewpoint on the side sign.
   const Triangle p = corners(t);
-  Plane planes[4];
+  TreePlane planes[4];
+  const auto local = [&](const Vec3& n, const Vec3& through) {
+    const double offset = dot(n, through - origin_) * scale_;
+    return TreePlane{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z),
+                     margin - static_cast<float>(offset)};
+  };
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 sight = viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - p[k];
-    planes[k] = {-static_cast<double>(sign) * spanned(p[(k + 1) % 3] - p[k], sight), p[k]};
+    planes[k] = local(-static_cast<double>(sign) * spanned(p[(k + 1) % 3] - p[k], sight), p[k]);
   }
-  planes[3] = {-static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]};
-  inRegion(planes, 4, out);
+  planes[3] = local(-static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]);
+  searchTree(nodes_.data(), wanted_.data(), levels_.data(), levels_.size(), planes, out);
 }
 
 std::size_t ExteriorTree::bytes() const {
   return triangles_.capacity() * sizeof(ExteriorTriangle) + nodes_.capacity() * sizeof(Node) +
-         levels_.capacity() * sizeof(Level);
+         levels_.capacity() * sizeof(Level) + wanted_.capacity();
 }
 
 }  // namespace spillikin::sort

@@ -39,6 +39,11 @@ GapEdges::GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs)
   std::sort(by_cell_.begin(), by_cell_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return triangles[a].cell != triangles[b].cell ? triangles[a].cell < triangles[b].cell : a < b;
   });
+  first_of_.assign(mesh.cell_count() + 1, 0);
+  for (const auto& t : triangles)
+    ++first_of_[t.cell + 1];
+  for (std::size_t c = 0; c < mesh.cell_count(); ++c)
+    first_of_[c + 1] += first_of_[c];
   found_.resize((triangles.size() + block - 1) / block);
   pairNonmatching();
 }
@@ -78,13 +83,7 @@ void GapEdges::pairNonmatching() {
 }
 
 std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {
-  const auto& triangles = tree_.triangles();
-  const auto first = std::lower_bound(by_cell_.begin(), by_cell_.end(), cell,
-                                      [&](std::uint32_t t, mesh::Id c) { return triangles[t].cell < c; });
-  auto last = first;
-  while (last != by_cell_.end() && triangles[*last].cell == cell)
-    ++last;
-  return {first, last};
+  return {by_cell_.data() + first_of_[cell], by_cell_.data() + first_of_[cell + 1]};
 }
 
 bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const {
@@ -99,6 +98,7 @@ bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint&
 
 void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
   const auto& triangles = tree_.triangles();
+  tree_.lookFor([&](std::uint32_t t) { return sign(t); });
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
     auto& found = found_[b];
@@ -110,7 +110,7 @@ void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
       candidates.clear();
       tree_.inShadow(f, s, viewpoint, candidates);
       for (const std::uint32_t g : candidates) {
-        if (triangles[g].cell == triangles[f].cell || sign(g) <= 0) continue;
+        if (triangles[g].cell == triangles[f].cell) continue;
         if (related(f, g, viewpoint)) found.emplace_back(triangles[g].cell, triangles[f].cell);
       }
     }
@@ -136,8 +136,8 @@ void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
 }
 
 std::size_t GapEdges::bytes() const {
-  std::size_t bytes =
-      tree_.bytes() + row_.capacity() * sizeof(std::size_t) + 4 * partner_.capacity() + 4 * by_cell_.capacity();
+  std::size_t bytes = tree_.bytes() + row_.capacity() * sizeof(std::size_t) + 4 * partner_.capacity() +
+                      4 * (by_cell_.capacity() + first_of_.capacity());
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(found[0]);
   return bytes;

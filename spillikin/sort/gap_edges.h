@@ -46,6 +46,7 @@ class GapEdges {
   std::vector<mesh::Id> partner_;  // a quadrilateral face that it is half of, or that it and another abut, or none
   std::vector<std::pair<std::uint32_t, std::uint32_t>> abutting_;
   std::vector<std::uint32_t> by_cell_;                             // triangles by ascending cell
+  std::vector<std::uint32_t> first_of_;                            // per cell + 1: where its triangles begin there
   std::vector<std::vector<std::pair<mesh::Id, mesh::Id>>> found_;  // by fixed block of triangles: (behind, front) cells
 };
 

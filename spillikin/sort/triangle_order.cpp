@@ -8,7 +8,10 @@
 namespace spillikin::sort {
 namespace {
 
-using mesh::orient3d;
+// Corners that coincide, as those of neighbours do, need no arithmetic.
+int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return d == a || d == b || d == c ? 0 : mesh::orient3d(a, b, c, d);
+}
 
 // A difference that double holds exactly, as between coordinates that were once floats.
 bool exactDifference(double a, double b, double& d) {
@@ -33,6 +36,7 @@ bool moderate(double a) {
 // mesh::orientViewpoint, with a shortcut for parallel views along an axis: there whole sheets of points lie behind one
 // another, and the two-dimensional determinant is exact at once.
 int orientViewpoint(const Vec3& a, const Vec3& b, const Vec3& c, const Viewpoint& v) {
+  if (c == a || c == b) return 0;
   if (v.w == 0.0) {
     for (int k = 0; k < 3; ++k) {
       const int i = (k + 1) % 3, j = (k + 2) % 3;
