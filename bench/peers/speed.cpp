@@ -169,7 +169,10 @@ std::string ratioCell(const Json& frames, const char* peer, double target) {
   if (p["frames"] == 0) {
     const double least = p["given_up_after_seconds"].get<double>() / own;
     return fmt::format("given up after {:.0f} s: > {:.0f} | {}{}", p["given_up_after_seconds"].get<double>(), least,
-                       goal, target > 0.0 && least >= target ? ", reached" : "");
+                       goal,
+                       target <= 0.0     ? ""
+                       : least >= target ? ", reached"
+                                         : ", not known");
   }
   const double wall = p["wall_seconds"].get<double>() / own;
   const double cpu = p["cpu_seconds"].get<double>() / frames["spillikin"]["cpu_seconds"].get<double>();
