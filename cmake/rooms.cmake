@@ -34,5 +34,6 @@ function(spillikin_library)
   set_target_properties(spillikin PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
   target_include_directories(spillikin PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(spillikin PUBLIC cxx_std_20)
   target_link_libraries(spillikin PUBLIC glm::glm PRIVATE ${libraries})
 endfunction()

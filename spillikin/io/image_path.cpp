@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <filesystem>
 #include <string_view>
 
@@ -13,7 +14,9 @@ namespace spillikin::io {
 
 bool knownImageSuffix(const std::string& path) {
   constexpr std::array<std::string_view, 3> known{".png", ".exr", ".npy"};
-  return std::find(known.begin(), known.end(), std::filesystem::path(path).extension().string()) != known.end();
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::find(known.begin(), known.end(), suffix) != known.end();
 }
 
 void checkImagePath(const std::string& path) {
