@@ -179,25 +179,29 @@ std::string growthSection(const std::vector<Json>& grids, const std::vector<Json
   std::string text = fmt::format(
       "\n## Growth\n\nLog–log slopes by least squares; 1 is linear.\n\nIn cells, {} to {} (moved grids, 1024²): build "
       "{}, "
-      "frame {}, sort {}, composite {}. A small mesh pays for its pixels, which all of them share.\n",
+      "frame {} (of processor time {}), sort {}, composite {}. A small mesh pays for its pixels, which all of them "
+      "share.\n",
       grids.front()["cells"].get<std::size_t>(), grids.back()["cells"].get<std::size_t>(),
       slopeText(slope(grids, "cells", "build_seconds")), slopeText(slope(grids, "cells", "frame_seconds")),
-      slopeText(slope(grids, "cells", "sort_seconds")), slopeText(slope(grids, "cells", "composite_seconds")));
+      slopeText(slope(grids, "cells", "frame_cpu_seconds")), slopeText(slope(grids, "cells", "sort_seconds")),
+      slopeText(slope(grids, "cells", "composite_seconds")));
   text += fmt::format(
       "\n| pixels each way | frame | sort | composite | fragments | million fragments/s "
       "|\n|---|---|---|---|---|---|\n");
-  std::vector<double> area, frame, composite;
+  std::vector<double> area, frame, cpu, composite;
   for (const Json& r : pixels) {
     const double size = number(r, "size");
     area.push_back(size * size);
     frame.push_back(number(r, "frame_seconds"));
+    cpu.push_back(number(r, "frame_cpu_seconds"));
     composite.push_back(number(r, "composite_seconds"));
     text += fmt::format("| {:.0f} | {:.4f} | {:.4f} | {:.4f} | {} | {:.1f} |\n", size, frame.back(),
                         number(r, "sort_seconds"), composite.back(), r["fragments"].get<std::size_t>(),
                         1e-6 * number(r, "fragments") / composite.back());
   }
-  text += fmt::format("\nIn pixels, {} cells: frame {}, composite {}.\n", pixels.front()["cells"].get<std::size_t>(),
-                      slopeText(slope(area, frame)), slopeText(slope(area, composite)));
+  text += fmt::format("\nIn pixels, {} cells: frame {} (of processor time {}), composite {}.\n",
+                      pixels.front()["cells"].get<std::size_t>(), slopeText(slope(area, frame)),
+                      slopeText(slope(area, cpu)), slopeText(slope(area, composite)));
   return text;
 }
 
