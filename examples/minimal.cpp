@@ -13,7 +13,7 @@ int main() try {
   spillikin::render::Session session(source);
   session.setView(session.defaultView(320, 240));
   const spillikin::Image image = session.draw();
-  std::printf("%d x %d pixels, opacity in the middle %.3f\n", image.width, image.height, image.pixel(160, 120)[3]);
+  std::printf("%d x %d pixels, opacity %.3f\n", image.width, image.height, image.pixel(130, 150)[3]);
 } catch (const spillikin::Error& error) {
   std::fprintf(stderr, "%s\n", error.what());
   return 1;
