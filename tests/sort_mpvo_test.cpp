@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <numeric>
 #include <random>
 
@@ -11,6 +13,7 @@
 #include "spillikin/mesh/build.h"
 #include "spillikin/mesh/predicates.h"
 #include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/radix_sort.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/triangle_order.h"
 #include "tests/support/meshes.h"
@@ -156,6 +159,73 @@ TEST(Mpvo, KnowsConvexMeshesFromOthers) {
   EXPECT_TRUE(makeSorter(Algorithm::mpvo, mesh::build(tests::hexahedronGrid(3)))->exact());
   EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::shell(4)))->exact());
   EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::interlockedTori(12)))->exact());
+}
+
+// |V - c|^2 - r^2 of the circumsphere, relative to V.
+double powerDistance(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& eye) {
+  const auto v = mesh.vertices(cell);
+  const Vec3 a = mesh.points[v[0]] - eye, u = mesh.points[v[1]] - mesh.points[v[0]];
+  const Vec3 w = mesh.points[v[2]] - mesh.points[v[0]], x = mesh.points[v[3]] - mesh.points[v[0]];
+  const Vec3 centre =
+      (glm::dot(u, u) * glm::cross(w, x) + glm::dot(w, w) * glm::cross(x, u) + glm::dot(x, x) * glm::cross(u, w)) /
+      (2.0 * glm::dot(u, glm::cross(w, x)));
+  return glm::dot(a, a) + 2.0 * glm::dot(a, centre);
+}
+
+TEST(Power, OrdersDelaunayMeshesButForTies) {
+  const mesh::Mesh mesh = delaunay(2000, 4);
+  const auto sorter = makeSorter(Algorithm::power, mesh);
+  const Vec3 eye(2.0, 3.0, 4.0);
+  Order order;
+  (*sorter)(Viewpoint(eye, 1.0), order);
+  std::vector<std::size_t> position(mesh.cell_count(), mesh.cell_count());
+  for (std::size_t i = 0; i < order.cells.size(); ++i)
+    position[order.cells[i]] = i;
+  ASSERT_EQ(std::count(position.begin(), position.end(), mesh.cell_count()), 0);
+  std::size_t told = 0, ties = 0;
+  for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
+    const auto [behind, front] = mesh.triangle_cells[f];
+    if (front == mesh::none) continue;
+    const auto& t = mesh.triangle[f];
+    const int s = exactSign(mesh, t[0], t[1], t[2], Viewpoint(eye, 1.0));
+    const double p = powerDistance(mesh, behind, eye), q = powerDistance(mesh, front, eye);
+    // The corners of the cube's sides lie on one circle: their tetrahedra share spheres.
+    if (s == 0 || std::abs(p - q) < 1e-8 * (std::abs(p) + std::abs(q))) {
+      ++ties;
+      continue;
+    }
+    ++told;
+    ASSERT_EQ(position[behind]<position[front], s> 0);
+  }
+  EXPECT_GT(told, 20000U);
+  EXPECT_LT(ties, 20U);
+}
+
+TEST(RadixSort, KeepsOrderOfAnyNumbers) {
+  std::mt19937_64 random(3);
+  std::vector<double> numbers(200000);
+  std::normal_distribution<double> normal(5.0, 2.0);
+  for (double& x : numbers)
+    x = random() % 50 == 0 ? std::ldexp(normal(random), static_cast<int>(random() % 60)) : normal(random);
+  const Ladder ladder(numbers.size(), [&](std::size_t i) { return numbers[i]; });
+  RadixSort radix;
+  std::vector<mesh::Id> out;
+  radix(
+      numbers.size(),
+      [&](std::size_t begin, std::size_t end, std::uint32_t* keys) {
+        for (std::size_t i = begin; i < end; ++i)
+          keys[i - begin] = ladder(numbers[i]);
+      },
+      out);
+  std::vector<std::uint8_t> seen_once(numbers.size(), 0);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    ASSERT_EQ(seen_once[out[i]]++, 0);
+    if (i == 0) continue;
+    ASSERT_TRUE(radix.sortedKey(i - 1) < radix.sortedKey(i) || out[i - 1] < out[i]);  // stable
+    if (radix.sortedKey(i - 1) < radix.sortedKey(i)) {
+      ASSERT_GE(numbers[out[i - 1]], numbers[out[i]]);
+    }
+  }
 }
 
 TEST(Sorts, AreFoundByName) {

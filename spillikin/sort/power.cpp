@@ -51,24 +51,28 @@ void PowerSort::operator()(const Viewpoint& viewpoint, Order& order) {
     const Vec4& f = form_[c];
     return f.x * v.x + f.y * v.y + f.z * v.z + f.w * v.w;
   };
-  auto& keys = radix_.keys();
-  keys.resize(form_.size());
-  tbb::parallel_for(Range(0, keys.size(), 1 << 14), [&](const Range& range) {
-    for (std::size_t c = range.begin(); c < range.end(); ++c)
-      keys[c] = descendingKey(static_cast<float>(distance(c)));
-  });
-  radix_(order.cells);
+  const Ladder ladder(form_.size(), distance);
+  radix_(
+      form_.size(),
+      [&](std::size_t begin, std::size_t end, std::uint32_t* keys) {
+        for (std::size_t c = begin; c < end; ++c)
+          keys[c - begin] = ladder(distance(c));
+      },
+      order.cells);
   // Runs of equal keys, each by the task in whose range it begins.
-  const auto& sorted = radix_.sortedKeys();
-  tbb::parallel_for(Range(0, sorted.size(), 1 << 14), [&](const Range& range) {
+  const std::size_t count = form_.size();
+  tbb::parallel_for(Range(0, count, 1 << 14), [&](const Range& range) {
     for (std::size_t i = range.begin(); i < range.end();) {
+      const std::uint32_t key = radix_.sortedKey(i);
       std::size_t end = i + 1;
-      while (end < sorted.size() && sorted[end] == sorted[i])
+      while (end < count && radix_.sortedKey(end) == key)
         ++end;
-      if (end - i > 1 && (i == 0 || sorted[i - 1] != sorted[i])) {
-        std::stable_sort(order.cells.begin() + static_cast<std::ptrdiff_t>(i),
-                         order.cells.begin() + static_cast<std::ptrdiff_t>(end),
-                         [&](mesh::Id a, mesh::Id b) { return distance(a) > distance(b); });
+      if (end - i > 1 && (i == 0 || radix_.sortedKey(i - 1) != key)) {
+        std::sort(order.cells.begin() + static_cast<std::ptrdiff_t>(i),
+                  order.cells.begin() + static_cast<std::ptrdiff_t>(end), [&](mesh::Id a, mesh::Id b) {
+                    const double da = distance(a), db = distance(b);
+                    return da != db ? da > db : a < b;
+                  });
       }
       i = end;
     }

@@ -11,8 +11,8 @@ namespace spillikin::sort {
 
 // Decreasing |V - c|^2 - r^2 (Edelsbrunner 1989; Max, Williams, Silva 2000, section III): a visibility order of a
 // Delaunay tetrahedralization, a preview elsewhere. Up to a term that is the same for all cells the distance is linear
-// in V, so that a cell is four doubles. Cells are sorted by the distance rounded to float, which keeps order, and those
-// that then tie by the distance itself. Needs tetrahedra: throws Error for any other mesh.
+// in V, so that a cell is four doubles. Cells are sorted by a key (Ladder) that keeps the order of the distances, and
+// those that then tie by the distance itself. Needs tetrahedra: throws Error for any other mesh.
 class PowerSort final : public Sorter {
  public:
   explicit PowerSort(const mesh::Mesh& mesh);

@@ -35,16 +35,18 @@ void CentroidSort::operator()(const Viewpoint& viewpoint, Order& order) {
   const bool parallel = viewpoint.w == 0.0;
   const Vec3 local = parallel ? Vec3(viewpoint) : Vec3(viewpoint) - origin_;
   const auto vx = static_cast<float>(local.x), vy = static_cast<float>(local.y), vz = static_cast<float>(local.z);
-  auto& keys = radix_.keys();
-  keys.resize(x_.size());
-  tbb::parallel_for(Range(0, keys.size(), 1 << 14), [&](const Range& range) {
-    for (std::size_t c = range.begin(); c < range.end(); ++c) {
-      const float dx = x_[c] - vx, dy = y_[c] - vy, dz = z_[c] - vz;
-      const float far = parallel ? -(x_[c] * vx + y_[c] * vy + z_[c] * vz) : dx * dx + dy * dy + dz * dz;
-      keys[c] = descendingKey(far);
-    }
-  });
-  radix_(order.cells);
+  const auto depth = [&](std::size_t c) {
+    const float dx = x_[c] - vx, dy = y_[c] - vy, dz = z_[c] - vz;
+    return parallel ? -(x_[c] * vx + y_[c] * vy + z_[c] * vz) : dx * dx + dy * dy + dz * dz;
+  };
+  const Ladder ladder(x_.size(), depth);
+  radix_(
+      x_.size(),
+      [&](std::size_t begin, std::size_t end, std::uint32_t* keys) {
+        for (std::size_t c = begin; c < end; ++c)
+          keys[c - begin] = ladder(depth(c));
+      },
+      order.cells);
   order.layer_offset.clear();
   order.cuts.clear();
   order.cycles.clear();
