@@ -27,7 +27,8 @@ std::string colourText(const float* rgba) {
 
 }  // namespace
 
-std::string explainPixel(render::Session& session, int x, int y, bool positions, const Image* image) {
+std::string explainPixel(render::Session& session, int x, int y, bool positions, const Image* image,
+                         mesh::FieldModel model) {
   const View& view = session.view();
   if (x < 0 || y < 0 || x >= view.width || y >= view.height) {
     throw Error(fmt::format("--pixel {},{} is outside of the image of {}x{}; pixels count from 0 at the top left", x, y,
@@ -37,7 +38,9 @@ std::string explainPixel(render::Session& session, int x, int y, bool positions,
   const mesh::Field& field = session.drawnField();
   const reference::RayCaster caster(mesh, field);
   std::vector<reference::Interval> intervals;
-  caster.intervals(view, x + 0.5, y + 0.5, {}, intervals);
+  reference::Options options;
+  options.model = model;
+  caster.intervals(view, x + 0.5, y + 0.5, options, intervals);
 
   std::vector<std::size_t> place;
   if (positions) place = placesInOrder(session.order(), mesh.cell_count());

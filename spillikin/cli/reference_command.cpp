@@ -64,7 +64,7 @@ int run(const ReferenceOptions& o) {
   reportRays(report, session.mesh(), o.common.strict);
   io::writeImage(target, image, o.look.background);
   if (o.common.pixel)
-    fmt::print("{}", explainPixel(session, o.common.pixel->at(0), o.common.pixel->at(1), false, &image));
+    fmt::print("{}", explainPixel(session, o.common.pixel->at(0), o.common.pixel->at(1), false, &image, options.model));
   return 0;
 }
 
