@@ -10,38 +10,59 @@
 
 namespace spillikin::composite {
 
-// What of a mesh the shaders need and what does not change with the view: the vertices of each cell by ascending id,
-// and, unless all cells are tetrahedra, its boundary triangles as three numbers of those, ascending.
+// What the cells of a mesh are drawn as.
+enum class CellShape : std::uint8_t {
+  tetrahedra,  // all are
+  hexahedra,   // of at most eight corners: pyramids, wedges and tetrahedra with several corners in one place
+  any,         // by their boundary triangles
+};
+
+// What of a mesh the shaders need and what does not change with the view: the vertices of each cell (for `any` by
+// ascending id, for `hexahedra` eight of them in VTK's order), the diagonals of a hexahedron's faces, and for `any` the
+// boundary triangles as three numbers of the cell's vertices, ascending.
 class CellTopology {
  public:
-  // Throws Error for a cell of more vertices or triangles than can be numbered. Cost: linear, in parallel.
+  // Throws Error for a cell of more vertices than can be numbered. Cost: linear, in parallel.
   explicit CellTopology(const mesh::Mesh& mesh);
 
-  bool tetrahedra() const { return tetrahedra_; }
+  CellShape shape() const { return shape_; }
   std::span<const mesh::Id> vertices(mesh::Id cell) const {
-    return {vertex_.data() + vertex_offset_[cell], vertex_.data() + vertex_offset_[cell + 1]};
+    const std::size_t begin = stride_ > 0 ? stride_ * cell : vertex_offset_[cell];
+    const std::size_t end = stride_ > 0 ? begin + stride_ : vertex_offset_[cell + 1];
+    return {vertex_.data() + begin, vertex_.data() + end};
   }
   std::span<const std::uint32_t> triangles(mesh::Id cell) const {
-    return tetrahedra_ ? std::span<const std::uint32_t>{}
-                       : std::span<const std::uint32_t>{triangle_.data() + triangle_offset_[cell],
-                                                        triangle_.data() + triangle_offset_[cell + 1]};
+    return shape_ != CellShape::any ? std::span<const std::uint32_t>{}
+                                    : std::span<const std::uint32_t>{triangle_.data() + triangle_offset_[cell],
+                                                                     triangle_.data() + triangle_offset_[cell + 1]};
   }
+  // Bit i: face i, in VTK's order, is cut from its second to its fourth corner.
+  std::uint32_t diagonals(mesh::Id cell) const { return diagonals_.empty() ? 0U : diagonals_[cell]; }
   std::size_t max_vertices() const { return max_vertices_; }
   std::size_t max_triangles() const { return max_triangles_; }
+  // The longest diagonal of a cell's bounding box: no ray is longer in any cell.
+  double longest_chord() const { return longest_chord_; }
   std::size_t bytes() const;
 
  private:
-  bool tetrahedra_ = true;
+  void takeHexahedra(const mesh::Mesh& mesh);
+  void takeAny(const mesh::Mesh& mesh);
+
+  CellShape shape_ = CellShape::tetrahedra;
+  std::size_t stride_ = 0;  // vertices of each cell, or 0 where they differ
   std::vector<mesh::Id> vertex_offset_, vertex_;
+  std::vector<std::uint8_t> diagonals_;
   std::vector<std::uint32_t> triangle_offset_, triangle_;
   std::size_t max_vertices_ = 4, max_triangles_ = 4;
+  double longest_chord_ = 0.0;
 };
 
 // One cell of a batch; the shaders' struct Cell.
 struct CellRecord {
   Cover cover;
   std::array<float, 4> paint{};
-  std::array<std::uint32_t, 4> at{};  // first vertex, first triangle, triangles, planes (first << 8 | count)
+  std::array<std::uint32_t, 4>
+      at{};  // first vertex, first triangle or diagonals, triangles, planes (first << 8 | count)
 };
 static_assert(sizeof(CellRecord) == 64);
 

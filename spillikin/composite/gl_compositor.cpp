@@ -83,6 +83,7 @@ class GlCompositor : public Compositor {
   void drawPolygons(const Frame& frame, const FrameMap& map, FrameStats& stats);
   void fill(const Frame& frame, const FrameMap& map, const Window& window, Stream& stream, Chunk& chunk) const;
   void wait(Stream& stream) const;
+  bool thin(const FrameMap& map) const;
   GLuint program(const CellShader& shader);
 
   std::unique_ptr<GlContext> context_;
@@ -105,6 +106,7 @@ class GlCompositor : public Compositor {
   double paint_unit_ = 0.0;
   std::int32_t pieces_ = 0;  // 0: not those of this field
   double pieces_unit_ = 0.0;
+  double max_extinction_ = 0.0;     // of the pieces
   GLuint table_ = 0, opacity_ = 0;  // textures
   bool table_fits_ = false;         // was made of the field and transfer function at hand
 
@@ -323,6 +325,10 @@ void GlCompositor::prepareTransfer(const Frame& frame, const FrameMap& map) {
   const auto* const first = reinterpret_cast<const std::array<float, 4>*>(pieces.data());
   texels.insert(texels.begin(), first, first + texels_per_piece * pieces.size());
   transfer_buffer_.upload(gl_, GL_RGBA32F, texels.data(), texels.size() * sizeof(texels[0]));
+  max_extinction_ = 0.0;
+  for (const TransferPiece& piece : pieces) {
+    max_extinction_ = std::max<double>(max_extinction_, std::max(piece.low[3], piece.low[3] + piece.rise[3]));
+  }
   pieces_ = static_cast<std::int32_t>(pieces.size());
   pieces_unit_ = map.unit();
 }
@@ -413,7 +419,7 @@ void GlCompositor::drawTile(const Frame& frame, const FrameMap& map, const Tile&
 void GlCompositor::drawCells(const Frame& frame, const FrameMap& map, const Window& window, FrameStats& stats) {
   gl_.BindVertexArray(vertex_array_);
   gl_.Enable(GL_CULL_FACE);
-  gl_.UseProgram(program({topology_->tetrahedra(), segmentShader(frame)}));
+  gl_.UseProgram(program({topology_->shape(), thin(map), segmentShader(frame)}));
   plane_buffer_.bind(gl_, gl_binding::planes);
   transfer_buffer_.bind(gl_, gl_binding::transfer);
   gl_.ActiveTexture(GL_TEXTURE0 + gl_binding::table);
@@ -509,8 +515,9 @@ void GlCompositor::fill(const Frame& frame, const FrameMap& map, const Window& w
       continue;
     }
     const std::span<const std::uint32_t> faces = topology_->triangles(cell);
+    const std::size_t second = topology_->shape() == CellShape::hexahedra ? topology_->diagonals(cell) : triangle;
     made.at = {
-        static_cast<std::uint32_t>(vertex), static_cast<std::uint32_t>(triangle),
+        static_cast<std::uint32_t>(vertex), static_cast<std::uint32_t>(second),
         static_cast<std::uint32_t>(faces.size()),
         cut != cuts.end() && cut->entry == entry ? cut_planes_[static_cast<std::size_t>(cut - cuts.begin())] : 0};
     if (!paint_.empty()) {
@@ -533,6 +540,11 @@ void GlCompositor::wait(Stream& stream) const {
   }
   gl_.DeleteSync(stream.fence);
   stream.fence = nullptr;
+}
+
+// Whether no segment in any cell is so deep that it needs the weights for thick ones.
+bool GlCompositor::thin(const FrameMap& map) const {
+  return max_extinction_ * topology_->longest_chord() / map.unit() < thin_depth;
 }
 
 GLuint GlCompositor::program(const CellShader& shader) {

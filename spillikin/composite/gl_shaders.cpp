@@ -24,11 +24,17 @@ layout(binding = 4) uniform samplerBuffer pieces;      // three texels each
 )";
 
 constexpr const char* vertex_main = R"(
-#ifdef TETRAHEDRA
+#if CORNERS >= 4
 flat out vec4 v0;
 flat out vec4 v1;
 flat out vec4 v2;
 flat out vec4 v3;
+#endif
+#if CORNERS == 8
+flat out vec4 v4;
+flat out vec4 v5;
+flat out vec4 v6;
+flat out vec4 v7;
 #endif
 flat out uvec4 at;
 #ifdef CELL_FIELD
@@ -36,7 +42,7 @@ flat out vec4 paint;
 #endif
 void main() {
   // Of a cell: the corners of its cover, two to a texel; colour and extinction, for fields that are constant in each
-  // cell; first vertex, first triangle, triangles, planes (first << 8 | count).
+  // cell; first vertex, first triangle or diagonals, triangles, planes (first << 8 | count).
   int cell = 4 * (gl_VertexID >> 2);
   vec4 two = uintBitsToFloat(texelFetch(cells, cell + ((gl_VertexID >> 1) & 1)));
   vec2 corner = (gl_VertexID & 1) == 0 ? two.xy : two.zw;
@@ -45,46 +51,54 @@ void main() {
   paint = uintBitsToFloat(texelFetch(cells, cell + 2));
 #endif
   at = texelFetch(cells, cell + 3);
-#ifdef TETRAHEDRA
+#if CORNERS >= 4
   int first = int(at.x);
   v0 = texelFetch(vertices, first);
   v1 = texelFetch(vertices, first + 1);
   v2 = texelFetch(vertices, first + 2);
   v3 = texelFetch(vertices, first + 3);
 #endif
+#if CORNERS == 8
+  v4 = texelFetch(vertices, first + 4);
+  v5 = texelFetch(vertices, first + 5);
+  v6 = texelFetch(vertices, first + 6);
+  v7 = texelFetch(vertices, first + 7);
+#endif
 }
 )";
 
 // Which cells a ray crosses is decided by the signs of edge functions: e(a, b) is the orientation of the image position
-// against the projected edge from a to b, a before b by vertex id. The cells around an edge compute it from the same
-// floats with the same operations, so that no ray slips between cells or is counted twice, and the depth at which a ray
-// crosses a shared triangle is the same number on both sides: the thicknesses of the cells on a ray add up.
+// against the projected edge from a to b, and e(b, a) is minus that to the last bit. The cells around an edge compute
+// it from the same floats, so that no ray slips between cells or is counted twice, and the depths at which a ray
+// crosses a shared triangle agree on both sides: the thicknesses of the cells on a ray add up.
 constexpr const char* crossing = R"(
-struct Corner { vec2 xy; float h; };  // homogeneous, relative to the ray
+struct Corner { vec2 xy; float h; vec2 q; };  // homogeneous, relative to the ray; depth and scalar
 Corner corner(vec4 v, vec2 p) {
   precise float h = pixel.z + pixel.w * v.z;
   precise vec2 xy = v.xy - p * h;
-  return Corner(xy, h);
+  return Corner(xy, h, v.zw);
 }
-float edge(Corner a, Corner b) {
-  precise float e = a.xy.x * b.xy.y - a.xy.y * b.xy.x;
-  return e;
-}
-// The sign of an edge function; a ray exactly through the edge is moved by (t, t^2), t -> 0, as in simulation of
+// The function of an edge and its sign; a ray exactly through the edge is moved by (t, t^2), t -> 0, as in simulation of
 // simplicity, so that it too crosses a consistent set of triangles.
-bool left(float e, Corner a, Corner b) {
+struct Edge { float e; bool left; };
+Edge edge(Corner a, Corner b) {
+  precise float e = a.xy.x * b.xy.y - a.xy.y * b.xy.x;
   precise float dx = b.xy.y * a.h - a.xy.y * b.h;
   precise float dy = a.h * b.xy.x - b.h * a.xy.x;
-  return e > 0.0 || (e == 0.0 && (dx < 0.0 || (dx == 0.0 && dy > 0.0)));
+  return Edge(e, e > 0.0 || (e == 0.0 && (dx < 0.0 || (dx == 0.0 && dy > 0.0))));
 }
-// Depth and scalar where the ray crosses a triangle, by its edge functions; the weights keep a constant constant.
-vec2 crossingOf(vec4 a, vec4 b, vec4 c, float ab, float bc, float ac) {
-  precise float d = ab + bc - ac;
-  precise float wb = -ac / d;
-  precise float wc = ab / d;
-  precise vec2 at = a.zw + wb * (b.zw - a.zw) + wc * (c.zw - a.zw);
+bool crossed(Edge ab, Edge bc, Edge ac) {
+  return ab.left == bc.left && ab.left != ac.left && ab.e + bc.e - ac.e != 0.0;
+}
+// Depth and scalar where the ray crosses a triangle; the weights keep a constant constant.
+vec2 crossingOf(vec2 a, vec2 b, vec2 c, Edge ab, Edge bc, Edge ac) {
+  precise float d = ab.e + bc.e - ac.e;
+  precise float wb = -ac.e / d;
+  precise float wc = ab.e / d;
+  precise vec2 at = a + wb * (b - a) + wc * (c - a);
   return at;
 }
+const float none = 3.0e38;
 )";
 
 // An interval of depths is trimmed by the eye plane, the view's clip planes and the half-spaces of a cut cell, each
@@ -156,7 +170,11 @@ vec4 segment(float front, float back, float len) {
     vec4 a = low + rise * clamp((s - domain.z) * domain.w, 0.0, 1.0);
     vec4 b = low + rise * clamp((s_end - domain.z) * domain.w, 0.0, 1.0);
     float l = len * (t_end - t);
+#ifdef THIN
+    vec3 w = segmentThinWeights(a.a * l, b.a * l);
+#else
     vec3 w = segmentWeights(a.a * l, b.a * l);
+#endif
     float through = 1.0 - alpha;
     color += through * (a.rgb * w.x + b.rgb * w.y);
     alpha += through * w.z;
@@ -217,97 +235,155 @@ flat in vec4 v0;
 flat in vec4 v1;
 flat in vec4 v2;
 flat in vec4 v3;
-const float none = 3.0e38;
 void main() {
   vec2 p = gl_FragCoord.xy + pixel.xy;
   Corner a = corner(v0, p);
   Corner b = corner(v1, p);
   Corner c = corner(v2, p);
   Corner d = corner(v3, p);
-  float ab = edge(a, b);
-  float ac = edge(a, c);
-  float ad = edge(a, d);
-  float bc = edge(b, c);
-  float bd = edge(b, d);
-  float cd = edge(c, d);
-  bool lab = left(ab, a, b);
-  bool lac = left(ac, a, c);
-  bool lad = left(ad, a, d);
-  bool lbc = left(bc, b, c);
-  bool lbd = left(bd, b, d);
-  bool lcd = left(cd, c, d);
+  Edge ab = edge(a, b);
+  Edge ac = edge(a, c);
+  Edge ad = edge(a, d);
+  Edge bc = edge(b, c);
+  Edge bd = edge(b, d);
+  Edge cd = edge(c, d);
   vec2 front = vec2(none, 0.0);
   vec2 back = vec2(-none, 0.0);
-#define MEET(HIT, TRIANGLE)                    \
-  {                                            \
-    bool hit = HIT;                            \
-    vec2 q = TRIANGLE;                         \
-    front = hit && q.x < front.x ? q : front;  \
-    back = hit && q.x > back.x ? q : back;     \
+#define MEET(A, B, C, AB, BC, AC)                 \
+  {                                               \
+    bool hit = crossed(AB, BC, AC);               \
+    vec2 q = crossingOf(A.q, B.q, C.q, AB, BC, AC); \
+    front = hit && q.x < front.x ? q : front;     \
+    back = hit && q.x > back.x ? q : back;        \
   }
-  MEET(lab == lbc && lab != lac, crossingOf(v0, v1, v2, ab, bc, ac))
-  MEET(lab == lbd && lab != lad, crossingOf(v0, v1, v3, ab, bd, ad))
-  MEET(lac == lcd && lac != lad, crossingOf(v0, v2, v3, ac, cd, ad))
-  MEET(lbc == lcd && lbc != lbd, crossingOf(v1, v2, v3, bc, cd, bd))
+  MEET(a, b, c, ab, bc, ac)
+  MEET(a, b, d, ab, bd, ad)
+  MEET(a, c, d, ac, cd, ad)
+  MEET(b, c, d, bc, cd, bd)
   if (!(back.x > front.x)) discard;
   radiance = interval(p, front, back);
   if (radiance.a == 0.0) discard;
 }
 )";
 
-// The crossings of a cell that need not be convex, by repeated search from the front: a ray seldom crosses more than
-// two triangles, and there is no bound on how many to make room for.
-constexpr const char* general_main = R"(
-const float none = 3.0e38;
-const int nothing = 0x7fffffff;
-// Depth and scalar of the crossing with triangle i, or none.
-vec2 meet(int i, vec2 p) {
-  uint corners = texelFetch(triangles, int(at.y) + i).x;
-  vec4 va = texelFetch(vertices, int(at.x + (corners & 1023u)));
-  vec4 vb = texelFetch(vertices, int(at.x + ((corners >> 10) & 1023u)));
-  vec4 vc = texelFetch(vertices, int(at.x + (corners >> 20)));
-  Corner a = corner(va, p);
-  Corner b = corner(vb, p);
-  Corner c = corner(vc, p);
-  float ab = edge(a, b);
-  float bc = edge(b, c);
-  float ac = edge(a, c);
-  bool lab = left(ab, a, b);
-  bool hit = lab == left(bc, b, c) && lab != left(ac, a, c) && ab + bc - ac != 0.0;
-  vec2 q = crossingOf(va, vb, vc, ab, bc, ac);
-  return hit ? q : vec2(none, 0.0);
-}
+// The crossings of a cell that need not be convex, by repeated sweeps from the front: a ray seldom crosses more than
+// two triangles, which one sweep finds, and there is no bound on how many to make room for.
+constexpr const char* sweep = R"(
 struct Crossing { vec2 q; int i; };
-// The next crossing behind `last`, by depth, then by number.
-Crossing next(Crossing last, vec2 p) {
-  Crossing best = Crossing(vec2(none, 0.0), nothing);
-  for (int i = 0; i < int(at.z); ++i) {
-    vec2 q = meet(i, p);
-    bool behind = q.x > last.q.x || (q.x == last.q.x && i > last.i);
-    if (behind && q.x < best.q.x) best = Crossing(q, i);
-  }
-  return best;
+struct Sweep {
+  Crossing last;  // looked at: what lies behind this, by depth, then by number
+  Crossing next, farthest;
+  int count;
+};
+void visit(inout Sweep w, bool hit, vec2 q, int i) {
+  bool behind = hit && (q.x > w.last.q.x || (q.x == w.last.q.x && i > w.last.i));
+  bool nearer = behind && q.x < w.next.q.x;
+  bool farther = behind && q.x >= w.farthest.q.x;
+  w.count += behind ? 1 : 0;
+  w.next.q = nearer ? q : w.next.q;
+  w.next.i = nearer ? i : w.next.i;
+  w.farthest.q = farther ? q : w.farthest.q;
 }
+)";
+
+// Three corners of a triangle at a time, from the cell's list.
+constexpr const char* any_sweep = R"(
+void sweepCell(inout Sweep w, vec2 p) {
+  for (int i = 0; i < int(at.z); ++i) {
+    uint corners = texelFetch(triangles, int(at.y) + i).x;
+    Corner a = corner(texelFetch(vertices, int(at.x + (corners & 1023u))), p);
+    Corner b = corner(texelFetch(vertices, int(at.x + ((corners >> 10) & 1023u))), p);
+    Corner c = corner(texelFetch(vertices, int(at.x + (corners >> 20))), p);
+    Edge ab = edge(a, b);
+    Edge bc = edge(b, c);
+    Edge ac = edge(a, c);
+    visit(w, crossed(ab, bc, ac), crossingOf(a.q, b.q, c.q, ab, bc, ac), i);
+  }
+}
+)";
+
+// Eight corners with the faces of a hexahedron; a pyramid, wedge or tetrahedron has several corners in one place, and
+// triangles without area, which no ray crosses.
+constexpr const char* hexahedron_sweep = R"(
+flat in vec4 v0;
+flat in vec4 v1;
+flat in vec4 v2;
+flat in vec4 v3;
+flat in vec4 v4;
+flat in vec4 v5;
+flat in vec4 v6;
+flat in vec4 v7;
+Corner choose(bool second, Corner a, Corner b) {
+  return Corner(second ? b.xy : a.xy, second ? b.h : a.h, second ? b.q : a.q);
+}
+Edge choose(bool second, Edge a, Edge b) {
+  return Edge(second ? b.e : a.e, second ? b.left : a.left);
+}
+Edge back(Edge a) {
+  return Edge(-a.e, !a.left);
+}
+// A face a, b, c, d, cut from a to c, or, when its bit of at.y is set, from b to d.
+void visitFace(inout Sweep w, int i, Corner a, Corner b, Corner c, Corner d, Edge ab, Edge bc, Edge cd, Edge da) {
+  bool turned = ((at.y >> i) & 1u) != 0u;
+  Corner k = choose(turned, a, b);
+  Corner l = choose(turned, b, c);
+  Corner m = choose(turned, c, d);
+  Corner n = choose(turned, d, a);
+  Edge kl = choose(turned, ab, bc);
+  Edge lm = choose(turned, bc, cd);
+  Edge mn = choose(turned, cd, da);
+  Edge kn = back(choose(turned, da, ab));
+  Edge km = edge(k, m);
+  visit(w, crossed(kl, lm, km), crossingOf(k.q, l.q, m.q, kl, lm, km), 2 * i);
+  visit(w, crossed(km, mn, kn), crossingOf(k.q, m.q, n.q, km, mn, kn), 2 * i + 1);
+}
+void sweepCell(inout Sweep w, vec2 p) {
+  Corner a = corner(v0, p);
+  Corner b = corner(v1, p);
+  Corner c = corner(v2, p);
+  Corner d = corner(v3, p);
+  Corner e = corner(v4, p);
+  Corner f = corner(v5, p);
+  Corner g = corner(v6, p);
+  Corner h = corner(v7, p);
+  Edge ab = edge(a, b);
+  Edge bc = edge(b, c);
+  Edge cd = edge(c, d);
+  Edge ad = edge(a, d);
+  Edge ef = edge(e, f);
+  Edge fg = edge(f, g);
+  Edge gh = edge(g, h);
+  Edge eh = edge(e, h);
+  Edge ae = edge(a, e);
+  Edge bf = edge(b, f);
+  Edge cg = edge(c, g);
+  Edge dh = edge(d, h);
+  visitFace(w, 0, a, e, h, d, ae, eh, back(dh), back(ad));
+  visitFace(w, 1, b, c, g, f, bc, cg, back(fg), back(bf));
+  visitFace(w, 2, a, b, f, e, ab, bf, back(ef), back(ae));
+  visitFace(w, 3, d, h, g, c, dh, back(gh), back(cg), cd);
+  visitFace(w, 4, a, d, c, b, ad, back(cd), back(bc), back(ab));
+  visitFace(w, 5, e, f, g, h, ef, fg, gh, back(eh));
+}
+)";
+
+constexpr const char* sweep_main = R"(
 void main() {
   vec2 p = gl_FragCoord.xy + pixel.xy;
-  Crossing front = Crossing(vec2(none, 0.0), nothing);
-  Crossing back = Crossing(vec2(-none, 0.0), -1);
-  int count = 0;
-  for (int i = 0; i < int(at.z); ++i) {
-    vec2 q = meet(i, p);
-    if (q.x < none) {
-      ++count;
-      if (q.x < front.q.x) front = Crossing(q, i);
-      if (q.x >= back.q.x) back = Crossing(q, i);
-    }
-  }
+  Crossing before = Crossing(vec2(-none, 0.0), -1);
+  vec2 entry = vec2(0.0);
+  bool inside = false;
   vec4 sum = vec4(0.0);
-  while (count >= 2) {
-    Crossing exit = back;
-    if (count != 2) exit = next(front, p);
-    sum += (1.0 - sum.a) * interval(p, front.q, exit.q);
-    count -= 2;
-    if (count >= 2) front = next(exit, p);
+  for (bool done = false; !done;) {
+    Sweep w = Sweep(before, Crossing(vec2(none, 0.0), 0), Crossing(vec2(-none, 0.0), 0), 0);
+    sweepCell(w, p);
+    bool pair = !inside && w.count == 2;  // both ends of the last interval at once
+    done = pair || w.count == 0 || (!inside && w.count < 2);
+    entry = inside ? entry : w.next.q;
+    vec2 exit = pair ? w.farthest.q : w.next.q;
+    if (pair || (inside && w.count > 0)) sum += (1.0 - sum.a) * interval(p, entry, exit);
+    before = w.next;
+    inside = !inside;
   }
   if (sum.a == 0.0) discard;
   radiance = sum;
@@ -357,13 +433,24 @@ const char* segmentText(SegmentShader segment) {
 
 std::string header(const CellShader& shader) {
   std::string text = declarations;
-  if (shader.tetrahedra) {
-    text += "#define TETRAHEDRA\n";
-  }
+  text += "#define CORNERS " + std::to_string(shader.shape == CellShape::any          ? 0
+                                              : shader.shape == CellShape::tetrahedra ? 4
+                                                                                      : 8);
+  text += '\n';
   if (shader.segment == SegmentShader::constant) {
     text += "#define CELL_FIELD\n";
   }
+  if (shader.thin) {
+    text += "#define THIN\n";
+  }
   return text;
+}
+
+std::string mainText(CellShape shape) {
+  if (shape == CellShape::tetrahedra) {
+    return tetrahedron_main;
+  }
+  return std::string(sweep) + (shape == CellShape::hexahedra ? hexahedron_sweep : any_sweep) + sweep_main;
 }
 
 }  // namespace
@@ -374,7 +461,7 @@ std::string cellVertexShader(const CellShader& shader) {
 
 std::string cellFragmentShader(const CellShader& shader) {
   return header(shader) + integrate::segment_glsl + crossing + trimming + transfer_lookup +
-         segmentText(shader.segment) + fragment_common + (shader.tetrahedra ? tetrahedron_main : general_main);
+         segmentText(shader.segment) + fragment_common + mainText(shader.shape);
 }
 
 std::string polygonVertexShader() {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "spillikin/composite/gl_cells.h"
+
 namespace spillikin::composite {
 
 // Binding points that the shaders and the compositor agree on.
@@ -26,10 +28,13 @@ enum class SegmentShader : std::uint8_t {
 };
 
 struct CellShader {
-  bool tetrahedra = true;  // else any cell, as a loop over its boundary triangles
+  CellShape shape = CellShape::tetrahedra;
+  bool thin = false;  // no segment's optical depth reaches thin_depth
   SegmentShader segment = SegmentShader::exact;
   bool operator==(const CellShader&) const = default;
 };
+
+inline constexpr double thin_depth = 1.49;  // where integrate's thin weights end, less rounding
 
 std::string cellVertexShader(const CellShader& shader);
 std::string cellFragmentShader(const CellShader& shader);
