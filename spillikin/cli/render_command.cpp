@@ -70,6 +70,7 @@ int renderSeries(const RenderOptions& o) {
   const std::string pattern = o.image.empty() ? "frame_%04d.png" : o.image;
   checkTarget(numberedPath(pattern, 0));
   std::vector<SeriesStep> steps;
+  steps.reserve(chosen.size());
   for (const std::size_t k : chosen)
     steps.push_back(series[k]);
   std::optional<std::array<double, 2>> range;

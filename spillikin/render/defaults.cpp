@@ -78,7 +78,8 @@ void columnDepths(const std::vector<Lump>& all, const Box& box, int axis, int n,
     const auto cell = [&](int k) {
       return std::clamp(static_cast<int>(n * (lump.middle[k] - box.lower[k]) / extent[k]), 0, n - 1);
     };
-    column[static_cast<std::size_t>(cell(u) * n + cell(v))] += lump.depth;
+    column[static_cast<std::size_t>(cell(u)) * static_cast<std::size_t>(n) + static_cast<std::size_t>(cell(v))] +=
+        lump.depth;
   }
   const double area = extent[u] * extent[v] / (static_cast<double>(n) * n);
   for (const double d : column) {
