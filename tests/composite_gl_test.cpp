@@ -282,6 +282,29 @@ TEST(CompositeGl, KeptState) {
   EXPECT_EQ(kept.rgba, drawGl(c, second).rgba);
 }
 
+// A frame in another mode between two of the same scene, and the first sight of a scene in another mode.
+TEST(CompositeGl, KeptStateAcrossModes) {
+  const Subject a(delaunayCube(60, 22), "", "viridis", 4.0);
+  const Subject b(hexahedronGrid(3, 0.1, 3), "", "steps", 1.0);
+  const auto compositor = composite::makeOsmesa();
+  const auto draw = [&](const Subject& s, composite::Integration integration, bool same_mesh, bool same) {
+    const View view = viewOf(s, {1.0, 0.6, 0.8}, 40, 30);
+    const project::Camera camera(view);
+    const sort::Order order = orderOf(s, view);
+    Image image;
+    compositor->draw({s.mesh, s.field, s.tf, camera, order, integration, same_mesh, same, same}, image);
+    EXPECT_EQ(image.rgba, drawGl(s, view, integration).rgba);
+  };
+  draw(a, composite::Integration::exact, false, false);
+  draw(a, composite::Integration::vertex, true, true);
+  draw(a, composite::Integration::exact, true, true);
+  draw(a, composite::Integration::preintegrated, true, true);
+  draw(a, composite::Integration::average, true, true);
+  draw(b, composite::Integration::vertex, false, false);
+  draw(b, composite::Integration::exact, true, true);
+  draw(b, composite::Integration::preintegrated, true, true);
+}
+
 // Wider than the framebuffer: drawn in tiles, without a seam.
 TEST(CompositeGl, Tiles) {
   Subject s(hexahedronGrid(2), "", "viridis", 1.0);

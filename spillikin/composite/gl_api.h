@@ -23,7 +23,6 @@ namespace spillikin::composite {
   F(BlendFunc)                    \
   F(BufferData)                   \
   F(BufferStorage)                \
-  F(BufferSubData)                \
   F(CheckFramebufferStatus)       \
   F(Clear)                        \
   F(ClearColor)                   \
@@ -31,7 +30,6 @@ namespace spillikin::composite {
   F(CompileShader)                \
   F(CreateProgram)                \
   F(CreateShader)                 \
-  F(CullFace)                     \
   F(DeleteBuffers)                \
   F(DeleteFramebuffers)           \
   F(DeleteProgram)                \
@@ -48,9 +46,7 @@ namespace spillikin::composite {
   F(EnableVertexAttribArray)      \
   F(EndQuery)                     \
   F(FenceSync)                    \
-  F(Finish)                       \
   F(FramebufferRenderbuffer)      \
-  F(FrontFace)                    \
   F(GenBuffers)                   \
   F(GenFramebuffers)              \
   F(GenQueries)                   \
@@ -58,14 +54,12 @@ namespace spillikin::composite {
   F(GenTextures)                  \
   F(GenVertexArrays)              \
   F(GetError)                     \
-  F(GetInteger64v)                \
   F(GetIntegerv)                  \
   F(GetProgramInfoLog)            \
   F(GetProgramiv)                 \
   F(GetQueryObjectui64v)          \
   F(GetShaderInfoLog)             \
   F(GetShaderiv)                  \
-  F(GetString)                    \
   F(LinkProgram)                  \
   F(MapBufferRange)               \
   F(PixelStorei)                  \
@@ -76,7 +70,6 @@ namespace spillikin::composite {
   F(TexImage2D)                   \
   F(TexImage3D)                   \
   F(TexParameteri)                \
-  F(UnmapBuffer)                  \
   F(UseProgram)                   \
   F(VertexAttribPointer)          \
   F(Viewport)

@@ -160,13 +160,15 @@ std::size_t CellTopology::bytes() const {
          sizeof(std::uint32_t) * (triangle_offset_.size() + triangle_.size());
 }
 
-BatchCapacity batchCapacity(const CellTopology& topology) {
-  if (topology.shape() != CellShape::any) {
-    return {batch_cells, topology.max_vertices() * batch_cells, 0};
-  }
-  // As for hexahedra, and for at least one cell.
-  return {batch_cells, std::max(8 * batch_cells, topology.max_vertices()),
-          std::max(12 * batch_cells, topology.max_triangles())};
+BatchCapacity batchCapacity(const CellTopology& topology, std::size_t max_texels) {
+  // Vertices and triangles as for hexahedra, and for at least one cell.
+  const bool any = topology.shape() == CellShape::any;
+  const std::size_t vertices =
+      any ? std::max<std::size_t>(8 * batch_cells, topology.max_vertices()) : topology.max_vertices() * batch_cells;
+  const std::size_t triangles = any ? std::max<std::size_t>(12 * batch_cells, topology.max_triangles()) : 0;
+  constexpr std::size_t texels_per_cell = sizeof(CellRecord) / 16;
+  return {std::min(batch_cells, max_texels / texels_per_cell), std::min(vertices, max_texels),
+          std::min(triangles, max_texels)};
 }
 
 std::size_t planBatch(const CellTopology& topology, const std::vector<Id>& cells, std::size_t first,

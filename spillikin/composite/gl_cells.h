@@ -84,7 +84,8 @@ struct BatchCapacity {
 inline constexpr std::size_t batch_cells = 16384;
 inline constexpr std::size_t chunk_cells = 512;
 
-BatchCapacity batchCapacity(const CellTopology& topology);
+// `max_texels`: of one buffer, as the driver has it.
+BatchCapacity batchCapacity(const CellTopology& topology, std::size_t max_texels);
 
 // Lays entries from `first` on into the chunks of one batch, as many as fit; returns the entry after the last.
 std::size_t planBatch(const CellTopology& topology, const std::vector<mesh::Id>& cells, std::size_t first,

@@ -128,4 +128,36 @@ void GlStream::destroy(const Gl& gl) {
   data_ = nullptr;
 }
 
+void filterLinearly(const Gl& gl, GLenum target) {
+  gl.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  gl.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
+    gl.TexParameteri(target, axis, GL_CLAMP_TO_EDGE);
+  }
+}
+
+void GlSampleCount::begin(const Gl& gl) {
+  if (id_ == 0) {
+    gl.GenQueries(1, &id_);
+  }
+  if (running_) {
+    gl.EndQuery(GL_SAMPLES_PASSED);
+  }
+  gl.BeginQuery(GL_SAMPLES_PASSED, id_);
+  running_ = true;
+}
+
+std::size_t GlSampleCount::end(const Gl& gl) {
+  gl.EndQuery(GL_SAMPLES_PASSED);
+  running_ = false;
+  GLuint64 samples = 0;
+  gl.GetQueryObjectui64v(id_, GL_QUERY_RESULT, &samples);
+  return samples;
+}
+
+void GlSampleCount::destroy(const Gl& gl) {
+  gl.DeleteQueries(1, &id_);
+  id_ = 0;
+}
+
 }  // namespace spillikin::composite

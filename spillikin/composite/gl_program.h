@@ -11,6 +11,9 @@ namespace spillikin::composite {
 // Compiles and links. Throws Error with the driver's first line of complaint.
 GLuint makeProgram(const Gl& gl, const std::string& vertex_source, const std::string& fragment_source);
 
+// Of the texture bound to `target`: linear interpolation, the outermost texels beyond the ends.
+void filterLinearly(const Gl& gl, GLenum target);
+
 // A buffer that is replaced as a whole now and then.
 class GlBuffer {
  public:
@@ -46,6 +49,18 @@ class GlStream {
   GLuint id_ = 0, texture_ = 0;
   std::size_t bytes_ = 0;
   void* data_ = nullptr;
+};
+
+// The fragments that are not discarded between begin and end. A count that an error broke off is begun anew.
+class GlSampleCount {
+ public:
+  void begin(const Gl& gl);
+  std::size_t end(const Gl& gl);
+  void destroy(const Gl& gl);
+
+ private:
+  GLuint id_ = 0;
+  bool running_ = false;
 };
 
 }  // namespace spillikin::composite

@@ -1,0 +1,14 @@
+// Stage times for FrameStats.
+#pragma once
+
+#include <chrono>
+
+namespace spillikin::composite {
+
+using Clock = std::chrono::steady_clock;
+
+inline double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace spillikin::composite
