@@ -19,6 +19,9 @@ constexpr int max_devices = 16;
 // The first device that can be initialised, in the driver's order (GPUs come before software); else Mesa's
 // surfaceless platform, which needs no device at all.
 EGLDisplay openDisplay() {
+  if (!epoxy_has_egl()) {
+    throw Error("EGL: libEGL.so.1 is not installed; install libegl1, or use --backend osmesa or native");
+  }
   if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
       epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) {
     std::array<EGLDeviceEXT, max_devices> devices{};
