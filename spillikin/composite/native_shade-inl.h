@@ -147,7 +147,8 @@ struct Rising {
     const VF change = hn::Max(hn::Sub(hi, lo), hn::Set(d, 6e-8F));
     twice_rate = hn::Mul(hn::Add(s.length, s.length), reciprocal(change));
     up = hn::Ge(s.half, hn::Zero(d));
-    sign = hn::CopySign(hn::Set(d, 1.0F), s.half);
+    // From the comparison, not from the sign bit: a change of -0 rises.
+    sign = hn::IfThenElse(up, hn::Set(d, 1.0F), hn::Set(d, -1.0F));
   }
 };
 
