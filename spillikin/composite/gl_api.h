@@ -20,6 +20,7 @@ namespace spillikin::composite {
   F(BindRenderbuffer)             \
   F(BindTexture)                  \
   F(BindVertexArray)              \
+  F(BindVertexBuffer)             \
   F(BlendFunc)                    \
   F(BufferData)                   \
   F(BufferStorage)                \
@@ -71,11 +72,12 @@ namespace spillikin::composite {
   F(TexImage3D)                   \
   F(TexParameteri)                \
   F(UseProgram)                   \
-  F(VertexAttribPointer)          \
+  F(VertexAttribBinding)          \
+  F(VertexAttribFormat)           \
   F(Viewport)
 
 struct Gl {
-#define SPILLIKIN_GL_MEMBER(name) decltype(epoxy_gl##name) name = nullptr;
+#define SPILLIKIN_GL_MEMBER(name) decltype(epoxy_gl##name)(name) = nullptr;
   SPILLIKIN_GL_FUNCTIONS(SPILLIKIN_GL_MEMBER)
 #undef SPILLIKIN_GL_MEMBER
 };

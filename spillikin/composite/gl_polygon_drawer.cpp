@@ -19,7 +19,7 @@ namespace {
 struct Attribute {
   GLuint index;
   GLint size;
-  std::size_t offset;
+  GLuint offset;
 };
 constexpr std::array<Attribute, 3> attributes{
     {{0, 2, offsetof(PolygonVertex, x)}, {1, 2, offsetof(PolygonVertex, u)}, {2, 3, offsetof(PolygonVertex, r)}}};
@@ -49,6 +49,8 @@ GlPolygonDrawer::GlPolygonDrawer(const Gl& gl) : gl_(gl) {
   gl_.BindVertexArray(vertex_array_);
   for (const Attribute& attribute : attributes) {
     gl_.EnableVertexAttribArray(attribute.index);
+    gl_.VertexAttribFormat(attribute.index, attribute.size, GL_FLOAT, GL_FALSE, attribute.offset);
+    gl_.VertexAttribBinding(attribute.index, 0);
   }
 }
 
@@ -100,10 +102,7 @@ void GlPolygonDrawer::drawChunk(const std::vector<PolygonVertex>& corners) {
     return;
   }
   buffer_.upload(gl_, GL_ARRAY_BUFFER, corners.data(), corners.size() * sizeof(PolygonVertex));
-  for (const Attribute& attribute : attributes) {
-    gl_.VertexAttribPointer(attribute.index, attribute.size, GL_FLOAT, GL_FALSE, sizeof(PolygonVertex),
-                            reinterpret_cast<const void*>(attribute.offset));
-  }
+  gl_.BindVertexBuffer(0, buffer_.id(), 0, sizeof(PolygonVertex));
   gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(corners.size()));
 }
 
