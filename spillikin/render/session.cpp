@@ -266,7 +266,8 @@ Image Session::draw() {
   s.stats.composite.integration = composite::name(s.engine.integration);
   s.stats.composite.seconds = drawn.composite_seconds;
   s.stats.composite.fragments = drawn.fragments;
-  s.stats.certificate = {drawn.certified, drawn.flagged, drawn.resolved, drawn.unresolved};
+  s.stats.certificate = {drawn.certified || drawn.flagged + drawn.unresolved > 0, drawn.flagged, drawn.resolved,
+                         drawn.unresolved};
   s.stats.total_seconds = s.stats.load_seconds + s.clock.seconds();
   s.stats.peak_rss_bytes = peakResidentBytes();
   s.stats.threads = ThreadLimit::current();
@@ -274,6 +275,11 @@ Image Session::draw() {
   if (!s.order.exact && !certified) {
     s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.mesh.name.empty() ? "the mesh" : s.mesh.name,
                        s.sorter->why()));
+  }
+  if (drawn.unresolved > 0) {
+    s.warn(fmt::format(
+        "{}: on {} pixels cells overlap in space, where no order is right; spillikin sort --verify names them",
+        s.mesh.name.empty() ? "the mesh" : s.mesh.name, drawn.unresolved));
   }
   return image;
 }
