@@ -77,7 +77,8 @@ namespace spillikin::composite {
   F(Viewport)
 
 struct Gl {
-#define SPILLIKIN_GL_MEMBER(name) decltype(epoxy_gl##name)(name) = nullptr;
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration takes none
+#define SPILLIKIN_GL_MEMBER(name) decltype(epoxy_gl##name) name = nullptr;
   SPILLIKIN_GL_FUNCTIONS(SPILLIKIN_GL_MEMBER)
 #undef SPILLIKIN_GL_MEMBER
 };
