@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -32,8 +33,10 @@ void reportRays(const reference::Report& report, const mesh::Mesh& mesh, bool st
     std::string line =
         fmt::format("{}: cells overlap on {} of the ray intervals, for example", mesh.name, report.overlaps);
     for (std::size_t i = 0; i < report.overlapping.size() && i < 3; ++i) {
-      line += fmt::format("{} cells {} and {}", i == 0 ? "" : ",", mesh.cell_file_id[report.overlapping[i][0]],
-                          mesh.cell_file_id[report.overlapping[i][1]]);
+      const auto& at = report.overlapping_at[i];
+      line += fmt::format("{} cells {} and {} at pixel {:.0f},{:.0f}", i == 0 ? "" : ",",
+                          mesh.cell_file_id[report.overlapping[i][0]], mesh.cell_file_id[report.overlapping[i][1]],
+                          std::floor(at[0]), std::floor(at[1]));
     }
     warnings.push_back(line);
   }
