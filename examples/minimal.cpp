@@ -1,7 +1,7 @@
 // A mesh in memory to an image in memory.
-#include <cstdio>
 #include <spillikin/base/error.h>
 #include <spillikin/render/session.h>
+#include <cstdio>
 
 int main() try {
   spillikin::mesh::Source source;  // one tetrahedron with a value at each corner
