@@ -298,7 +298,7 @@ Sample TrimmedProjection::onTriangle(std::uint32_t triangle, const Vec2& p) cons
     base = weight[k] > weight[base] ? k : base;
   }
   const double total = weight[0] + weight[1] + weight[2];
-  const auto [i, j] = std::pair{(base + 1) % 3, (base + 2) % 3};
+  const std::size_t i = (base + 1) % 3, j = (base + 2) % 3;
   const double s = cell_->value(corner[base]);
   const double w = cell_->homogeneous(corner[base]).z;
   const auto blend = [&](double from, double to_i, double to_j) {

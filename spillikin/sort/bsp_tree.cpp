@@ -83,6 +83,7 @@ BspTree::Node BspTree::choose(const std::vector<Fragment>& set) const {
     for (int k = 1; k < 3; ++k)
       axis = upper[k] - lower[k] > upper[axis] - lower[axis] ? k : axis;
     std::vector<double> values;
+    values.reserve(middle.size());
     for (const Vec3& m : middle)
       values.push_back(m[axis]);
     const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
