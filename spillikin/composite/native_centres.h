@@ -13,6 +13,7 @@ struct Centres {
     for (int b = 0; b < block_columns; ++b) {
       for (int i = 0; i < block_pixels; ++i) {
         x[b][i] = static_cast<float>(4 * b + i % 4) + 0.5F;
+        // NOLINTNEXTLINE(bugprone-integer-division): the row of pixel i
         y[b][i] = static_cast<float>(4 * b + i / 4) + 0.5F;
       }
     }

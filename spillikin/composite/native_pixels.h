@@ -27,6 +27,7 @@ inline constexpr double overlap_tolerance = 2e-5;
 inline constexpr float solid_share = 0.25F;
 
 inline constexpr std::size_t pixelIndex(int x, int y) {
+  // NOLINTNEXTLINE(bugprone-misplaced-widening-cast): a place within one tile
   return static_cast<std::size_t>(((y >> 2) * block_columns + (x >> 2)) * block_pixels + (y & 3) * 4 + (x & 3));
 }
 

@@ -32,6 +32,7 @@ Plan plan(std::uint8_t type) {
   switch (type) {
     case vtk_cell::tetra:
       return {Kind::fixed, CellType::tetrahedron};
+    // NOLINTNEXTLINE(bugprone-branch-clone): one line a type
     case vtk_cell::voxel:
       return {Kind::fixed, CellType::hexahedron};  // reordered later
     case vtk_cell::hexahedron:

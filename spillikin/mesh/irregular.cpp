@@ -74,6 +74,7 @@ void IrregularCells::addCollapsed(std::size_t cell) {
 
 void IrregularCells::addPolyhedron(const Polygons& polygons, Id file_id) {
   Polygons around = reduced(onePerPlace(polygons, numbering_));
+  // NOLINTNEXTLINE(bugprone-branch-clone): the reasons are told apart
   if (around.size() < 4) {
     ++report_.degenerate;
   } else if (!orientTogether(around)) {

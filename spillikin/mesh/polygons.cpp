@@ -152,6 +152,7 @@ std::vector<Polygons> parts(const Polygons& polygons) {
   for (Id i = 0; i < polygons.size(); ++i)
     found[root(i)].add(polygons[i]);
   std::vector<Polygons> result;
+  result.reserve(found.size());
   for (auto& [first, part] : found)
     result.push_back(std::move(part));
   return result;

@@ -22,6 +22,7 @@ T determinant(const std::array<T, 3>& u, const std::array<T, 3>& v, const std::a
 }
 
 std::array<Exact, 3> exactDifference(const Vec3& p, const Vec3& q) {
+  // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): counted references of the number type
   return {Exact(p.x) - Exact(q.x), Exact(p.y) - Exact(q.y), Exact(p.z) - Exact(q.z)};
 }
 
