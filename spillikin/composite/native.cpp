@@ -44,8 +44,7 @@ class Native final : public Compositor {
 
 FrameStats Native::draw(const Frame& frame, Image& image) {
   if (frame.integration != Integration::exact) {
-    throw Error(
-        "the native backend composites by exact integration only; use --integrate exact, or --backend osmesa");
+    throw Error("the native backend composites by exact integration only; use --integrate exact, or --backend osmesa");
   }
   const int width = frame.camera.width();
   const int height = frame.camera.height();
