@@ -8,6 +8,7 @@
 
 #include "reference_support.h"
 #include "spillikin/integrate/segment.h"
+#include "spillikin/reference/flat_face_cost.h"
 #include "spillikin/reference/trilinear.h"
 
 namespace spillikin::tests {
@@ -225,6 +226,69 @@ TEST(Isoparametric, WedgeAndPyramid) {
       }
     }
   }
+}
+
+// The report of a picture looks at curved faces too: nothing on a conforming grid; where the cells of a plane of faces
+// have been pulled apart behind the mesh's back, each ray that passes it has a gap.
+TEST(Isoparametric, GapsAtCurvedFacesAreCounted) {
+  Scene scene(hexahedronGrid(4, 0.2, 3));
+  const View view = lookAt({9, 8, 11}, Vec3(2.0, 2.0, 1.9), 33, 33);
+  reference::Report report;
+  scene.caster.render(view, constantMedium(1.0), isoparametric(), &report);
+  EXPECT_GT(report.intervals, 0U);
+  EXPECT_EQ(report.gaps, 0U);
+  EXPECT_EQ(report.overlaps, 0U);
+
+  // One cell gets corners of its own, drawn in towards its middle: the rays that come to it from a neighbour find
+  // nothing where that one ends.
+  mesh::Mesh torn = mesh::build(hexahedronGrid(2));
+  const mesh::Id cell = 0;
+  Vec3 middle(0.0);
+  for (const mesh::Id v : torn.vertices(cell))
+    middle += torn.points[v] / 8.0;
+  for (mesh::Id k = torn.cell_vertex_offset[cell]; k < torn.cell_vertex_offset[cell + 1]; ++k) {
+    const mesh::Id v = torn.cell_vertex[k];
+    torn.cell_vertex[k] = static_cast<mesh::Id>(torn.points.size());
+    torn.points.push_back(middle + 0.9 * (torn.points[v] - middle));
+    torn.point_file_id.push_back(torn.point_file_id[v]);
+  }
+  mesh::Field field;
+  field.values.assign(torn.points.size(), 1.0);
+  const reference::RayCaster caster(torn, field);
+  // From the far side, so that neighbours are in front of the cell.
+  View behind = lookAt(Vec3(1.0) + 4.0 * (Vec3(1.0) - middle), middle, 33, 33);
+  caster.render(behind, constantMedium(1.0), isoparametric(), &report);
+  EXPECT_GT(report.gaps, 0U);
+  EXPECT_EQ(report.overlaps, 0U);
+}
+
+// What flat faces cost, cell by cell: nothing on parallelepipeds; on a twisted hexahedron the difference of the
+// volumes, which a polynomial knows exactly for the curved one and the divergence theorem for the flat one.
+TEST(Isoparametric, CostOfFlatFacesByCell) {
+  const Scene straight(hexahedronGrid(2));
+  for (const auto& cost : reference::flatFaceCost(straight.caster, lookAt({9, 7, 8}, Vec3(1.0), 24, 24), 8)) {
+    EXPECT_GT(cost.rays, 0U);
+    EXPECT_LT(cost.worst_length, 1e-8);
+    EXPECT_LT(cost.relative(), 1e-8);
+  }
+  const std::vector<Vec3> p{{0, 0, 0},        {1, 0, 0.2},   {1.1, 1, -0.2},  {0, 1.2, 0.1},
+                            {0.2, -0.1, 1.0}, {0.9, 0, 1.3}, {1.2, 1.3, 0.8}, {-0.1, 1, 1.2}};
+  const Scene twisted(oneCell(12, p));
+  View view = lookAt({3.0, 4.0, 5.0}, {0.5, 0.5, 0.5}, 120, 120);
+  view.parallel_scale = 1.3;
+  const auto costs = reference::flatFaceCost(twisted.caster, view, 1);
+  const double pixel = std::pow(2.0 * view.parallel_scale / view.height, 2);
+  mesh::Surface surface;
+  mesh::surface(twisted.mesh, 0, surface);
+  double flat = 0.0;
+  for (const auto& t : surface.triangles) {
+    const auto& q = twisted.mesh.points;
+    flat += glm::dot(q[t[0]], glm::cross(q[t[1]], q[t[2]])) / 6.0;
+  }
+  EXPECT_NEAR(costs[0].length_curved * pixel, volume(p), 2e-3 * volume(p));
+  EXPECT_NEAR(costs[0].length_face * pixel, flat, 2e-3 * flat);
+  EXPECT_NEAR(costs[0].relative(), std::abs(flat - volume(p)) / volume(p), 4e-3);
+  EXPECT_GT(costs[0].worst_length, 0.01);
 }
 
 }  // namespace

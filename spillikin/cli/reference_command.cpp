@@ -10,6 +10,7 @@
 #include "spillikin/cli/progress.h"
 #include "spillikin/cli/scene.h"
 #include "spillikin/io/write_image.h"
+#include "spillikin/reference/flat_face_cost.h"
 #include "spillikin/reference/reference.h"
 
 namespace spillikin::cli {
@@ -17,7 +18,7 @@ namespace spillikin::cli {
 namespace {
 
 struct ReferenceOptions : SceneOptions {
-  std::string image, stats, model = "face";
+  std::string image, stats, model = "face", cell_costs;
   int samples = 1;
   bool quadrature = false;
 };
@@ -46,6 +47,20 @@ void reportRays(const reference::Report& report, const mesh::Mesh& mesh, bool st
   reportWarnings(warnings, strict);
 }
 
+// A line for each cell that the view's rays meet.
+void writeCellCosts(const std::string& path, const reference::RayCaster& caster, const render::Session& session) {
+  const mesh::Mesh& mesh = session.mesh();
+  std::string text = "cell,type,rays,length_face,length_isoparametric,worst_length,worst_scalar\n";
+  const auto costs = reference::flatFaceCost(caster, session.view(), mesh.cell_count());
+  for (std::size_t cell = 0; cell < costs.size(); ++cell) {
+    const auto& c = costs[cell];
+    if (c.rays == 0) continue;
+    text += fmt::format("{},{},{},{},{},{},{}\n", mesh.cell_file_id[cell], mesh::name(mesh.cell_type[cell]), c.rays,
+                        c.length_face, c.length_curved, c.worst_length, c.worst_scalar);
+  }
+  io::writeFile(path, text.data(), text.size());
+}
+
 int run(const ReferenceOptions& o) {
   if (listedFields(o)) return 0;
   const render::ThreadLimit limit(o.engine.threads);
@@ -66,6 +81,7 @@ int run(const ReferenceOptions& o) {
   const Image image = caster.render(session.view(), session.transferFunction(), options, &report);
   reportRays(report, session.mesh(), o.common.strict);
   io::writeImage(target, image, o.look.background);
+  if (!o.cell_costs.empty()) writeCellCosts(o.cell_costs, caster, session);
   if (o.common.pixel)
     fmt::print("{}", explainPixel(session, o.common.pixel->at(0), o.common.pixel->at(1), false, &image, options.model));
   return 0;
@@ -86,6 +102,11 @@ Command addReference(CLI::App& app) {
       ->type_name("N")
       ->check(CLI::Range(1, 65536));
   sub->add_flag("--quadrature", o->quadrature, "adaptive quadrature instead of the closed form");
+  sub->add_option("--cell-costs", o->cell_costs,
+                  "write what flat faces cost, cell by cell: lengths and scalars on the view's rays, face against "
+                  "isoparametric")
+      ->type_name("FILE.csv")
+      ->check([](const std::string& path) { return path.ends_with(".csv") ? "" : "name a .csv file"; });
   addPixel(*sub, o->common);
   addView(*sub, o->view);
   addField(*sub, o->field);

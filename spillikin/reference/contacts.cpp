@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "spillikin/reference/isoparametric.h"
+
 namespace spillikin::reference {
 namespace {
 
@@ -23,13 +25,34 @@ bool meets(std::span<const Span> spans, std::size_t n, mesh::Id neighbour, doubl
   return false;
 }
 
+// Whether any span lies on both sides of `place`, or begins there.
+bool goesOn(std::span<const Span> spans, double place, double tolerance) {
+  return std::any_of(spans.begin(), spans.end(),
+                     [&](const Span& s) { return s.enter <= place + tolerance && s.leave > place + tolerance; });
+}
+
+// The face by which spans[n] leaves joins two drawn cells and the ray is lost there.
+bool gapBehind(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidden, std::span<const Span> spans,
+               std::size_t n, const Tolerances& tolerance) {
+  const Span& span = spans[n];
+  const std::array<mesh::Id, 2> sides = mesh.cells(span.leave_face);
+  const mesh::Id neighbour = sides[0] == span.cell ? sides[1] : sides[0];
+  if (neighbour == mesh::none || (!hidden.empty() && hidden[neighbour] != 0)) return false;
+  if (meets(spans, n, neighbour, tolerance.contact)) return false;
+  const bool curved_here = tolerance.curved_model && curved(mesh.cell_type[span.cell]);
+  const bool curved_there = tolerance.curved_model && curved(mesh.cell_type[neighbour]);
+  if (!curved_here && !curved_there) return true;
+  return !goesOn(spans, span.leave, curved_here == curved_there ? tolerance.contact : tolerance.mixed);
+}
+
 }  // namespace
 
 void checkContacts(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidden, std::span<const Span> spans,
-                   double from, double tolerance, Contacts& out) {
+                   double from, const Tolerances& tolerance, Contacts& out) {
   std::size_t last = 0;  // the span that leaves last so far
   for (std::size_t n = 0; n < spans.size(); ++n) {
-    if (n > 0 && spans[n].enter < spans[last].leave - tolerance && spans[n].leave > spans[n].enter + tolerance) {
+    const double t = tolerance.contact;
+    if (n > 0 && spans[n].enter < spans[last].leave - t && spans[n].leave > spans[n].enter + t) {
       ++out.overlaps;
       const std::array<mesh::Id, 2> pair{std::min(spans[last].cell, spans[n].cell),
                                          std::max(spans[last].cell, spans[n].cell)};
@@ -37,10 +60,7 @@ void checkContacts(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidd
     }
     if (n == 0 || spans[n].leave > spans[last].leave) last = n;
     if (spans[n].leave_face == mesh::none || spans[n].leave < from) continue;
-    const std::array<mesh::Id, 2> sides = mesh.cells(spans[n].leave_face);
-    const mesh::Id neighbour = sides[0] == spans[n].cell ? sides[1] : sides[0];
-    if (neighbour == mesh::none || (!hidden.empty() && hidden[neighbour] != 0)) continue;
-    if (!meets(spans, n, neighbour, tolerance)) ++out.gaps;
+    if (gapBehind(mesh, hidden, spans, n, tolerance)) ++out.gaps;
   }
 }
 

@@ -24,10 +24,20 @@ struct Contacts {
   std::vector<std::array<mesh::Id, 2>> pairs;    // of the first overlaps
 };
 
+// What counts as touching, in t.
+struct Tolerances {
+  double contact = 0.0;  // rounding: where both cells of a face find the same place
+  // Where one cell is bounded by curved faces and its neighbour by flat ones: they agree on planar faces up to the
+  // conditioning of the crossing.
+  double mixed = 0.0;
+  bool curved_model = false;  // hexahedra, wedges and pyramids have their true faces
+};
+
 // `spans` sorted by enter. An overlap is a span that enters before all those in front of it have left; a gap, a span
-// that leaves by a face of a drawn neighbour which does not enter there. Both only beyond `tolerance`, in t. Gaps are
-// looked for from `from` on: in front of it spans may be missing.
+// that leaves by a face of a drawn neighbour which does not enter there; at curved faces, where a ray past an edge may
+// skip a neighbour thinner than rounding, only when no other span goes on there either. Both only beyond the tolerance.
+// Gaps are looked for from `from` on: in front of it spans may be missing.
 void checkContacts(const mesh::Mesh& mesh, const std::vector<std::uint8_t>& hidden, std::span<const Span> spans,
-                   double from, double tolerance, Contacts& out);
+                   double from, const Tolerances& tolerance, Contacts& out);
 
 }  // namespace spillikin::reference

@@ -85,11 +85,17 @@ std::array<double, 2> quadratic(double a, double b, double c) {
   return {a != 0.0 ? q / a : infinity, q != 0.0 ? c / q : (a != 0.0 ? 0.0 : infinity)};
 }
 
-using Places = std::array<double, 16>;  // 6 faces, at most two crossings each
+// Where the line meets the bilinear face `face` of the cube, in z.
+struct Place {
+  double z;
+  std::size_t face;
+};
+using Places = std::array<Place, 16>;  // 6 faces, at most two crossings each
 
-// Where the line meets the bilinear face of these corners (around), in z. Places that are no true crossings do no
-// harm, so nearly parallel faces are let through generously; the corners come in an order of the face's own.
-void crossFace(const Element& e, std::array<std::size_t, 4> around, Places& places, std::size_t& count) {
+// Where the line meets this bilinear face of the cube. Places that are no true crossings do no harm, so nearly parallel
+// faces are let through generously; the corners come in an order of the face's own.
+void crossFace(const Element& e, std::size_t face, Places& places, std::size_t& count) {
+  std::array<std::size_t, 4> around = cube_faces[face];
   const auto smallest =
       std::min_element(around.begin(), around.end(), [&](std::size_t a, std::size_t b) { return e.id[a] < e.id[b]; });
   std::rotate(around.begin(), smallest, around.end());
@@ -105,7 +111,7 @@ void crossFace(const Element& e, std::array<std::size_t, 4> around, Places& plac
     const double squared = along.x * along.x + along.y * along.y;
     const double b = squared > 0.0 ? -(from.x * along.x + from.y * along.y) / squared : 0.0;
     if (!(b >= -outside && b <= 1.0 + outside)) continue;
-    places[count++] = from.z + b * along.z;
+    places[count++] = {from.z + b * along.z, face};
   }
 }
 
@@ -115,6 +121,23 @@ bool surface(const Element& e, const std::array<std::size_t, 4>& around) {
     id[n] = e.id[around[n]];
   std::sort(id.begin(), id.end());
   return std::unique(id.begin(), id.end()) - id.begin() >= 3;
+}
+
+// The mesh's face at these corners, found by place: coincident vertices may bear other ids in it. None where there is
+// none, as between a quadrilateral and two triangles.
+mesh::Id meshFace(const Element& e, const mesh::Mesh& mesh, mesh::Id cell, const std::array<std::size_t, 4>& around) {
+  const auto at = [&](mesh::Id vertex) {
+    return std::any_of(around.begin(), around.end(),
+                       [&](std::size_t c) { return mesh.points[e.id[c]] == mesh.points[vertex]; });
+  };
+  for (const mesh::FaceUse use : mesh.faces(cell)) {
+    const mesh::Id f = use.face();
+    const bool here = f < mesh.triangle_count() ? std::all_of(mesh.triangle[f].begin(), mesh.triangle[f].end(), at)
+                                                : std::all_of(mesh.quad[f - mesh.triangle_count()].begin(),
+                                                              mesh.quad[f - mesh.triangle_count()].end(), at);
+    if (here) return f;
+  }
+  return mesh::none;
 }
 
 double jacobian(const Element& e, const Vec3& at) {
@@ -218,18 +241,30 @@ void crossCurved(const Line& line, const mesh::Mesh& mesh, mesh::Id cell, const 
   if (missed(e)) return;
   Places places{};
   std::size_t count = 0;
-  for (const auto& face : cube_faces) {
-    if (surface(e, face)) crossFace(e, face, places, count);
+  for (std::size_t face = 0; face < cube_faces.size(); ++face) {
+    if (surface(e, cube_faces[face])) crossFace(e, face, places, count);
   }
-  std::sort(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(count));
+  std::sort(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(count),
+            [](const Place& a, const Place& b) { return a.z != b.z ? a.z < b.z : a.face < b.face; });
   Follower follower(e, line, cell, tolerance, roots, out);
+  std::size_t last = count;  // the place at which the span last added ends
+  const auto leave = [&] {
+    if (last < count) out.back().leave_face = meshFace(e, mesh, cell, cube_faces[places[last].face]);
+  };
   for (std::size_t n = 0; n + 1 < count; ++n) {
-    const double lo = places[n], hi = places[n + 1];
+    const double lo = places[n].z, hi = places[n + 1].z;
+    if (!(hi - lo > e.tolerance)) continue;
     Sample middle;
-    if (!(hi - lo > e.tolerance) || !follower.find(0.5 * (lo + hi), middle)) continue;
+    if (!follower.find(0.5 * (lo + hi), middle)) {
+      leave();
+      last = count;
+      continue;
+    }
     follower.split(follower.sample(lo, middle.at), middle, 0);
     follower.split(middle, follower.sample(hi, middle.at), 0);
+    last = n + 1;
   }
+  leave();
 }
 
 }  // namespace spillikin::reference

@@ -79,7 +79,7 @@ struct RayCaster::Impl {
   mutable tbb::enumerable_thread_specific<Scratch> scratch;
 
   void prepare(const Options& options) const;
-  double contactTolerance(const Line& line) const;
+  Tolerances tolerances(const Line& line, mesh::FieldModel model) const;
   Line makeLine(const Ray& ray, mesh::FieldModel model) const;
   void collect(const Ray& ray, const Line& line, bool eye, mesh::FieldModel model, Scratch& s) const;
   void addCell(const Line& line, mesh::Id cell, Scratch& s) const;
@@ -102,11 +102,14 @@ void RayCaster::Impl::prepare(const Options& options) const {
 
 // Two spans that touch are off by the rounding of coordinates relative to the ray's origin and by the barycentric
 // tolerance times the size of a triangle, for which the mesh's is a bound. In t.
-double RayCaster::Impl::contactTolerance(const Line& line) const {
+Tolerances RayCaster::Impl::tolerances(const Line& line, mesh::FieldModel model) const {
   constexpr double roundings = 32.0 * std::numeric_limits<double>::epsilon();
+  constexpr double mixed = 1e-6;  // of the mesh's radius: far above rounding at any but grazing rays
   const double origin = std::max({std::abs(line.o.x), std::abs(line.o.y), std::abs(line.o.z)});
-  return (roundings * (candidates.magnitude() + origin) + 8.0 * barycentric_tolerance * candidates.radius()) /
-         line.length;
+  const double contact =
+      roundings * (candidates.magnitude() + origin) + 8.0 * barycentric_tolerance * candidates.radius();
+  return {contact / line.length, std::max(contact, mixed * candidates.radius()) / line.length,
+          model == mesh::FieldModel::isoparametric};
 }
 
 // The line that is crossed with the cells: the ray itself, a little aside of it where elements are curved.
@@ -201,7 +204,7 @@ void RayCaster::Impl::castRow(const Rays& rays, int y, const TransferFunction& t
       const Ray ray = rays(px, py);
       const Line line = makeLine(ray, options.model);
       collect(ray, line, eye, options.model, s);
-      checkContacts(mesh, field.hidden, s.spans, from, contactTolerance(line), row.contacts);
+      checkContacts(mesh, field.hidden, s.spans, from, tolerances(line, options.model), row.contacts);
       row.x.resize(row.contacts.pairs.size(), px);
       row.y.resize(row.contacts.pairs.size(), py);
       row.intervals += s.spans.size();

@@ -49,7 +49,7 @@ class RayCaster {
   RayCaster& operator=(const RayCaster&) = delete;
 
   // The picture. The same bits whatever the number of threads; no early end of a ray; no allocation per ray. Overlaps
-  // and gaps are counted beyond the tolerance of contactTolerance() and before anything is clipped. Throws Error for a
+  // and gaps are counted beyond rounding (Tolerances in contacts.h) and before anything is clipped. Throws Error for a
   // view that defines no rays, samples below 1, an eye more than 1e9 mesh sizes away.
   Image render(const View& view, const integrate::TransferFunction& tf, const Options& options,
                Report* report = nullptr) const;
