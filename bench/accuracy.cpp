@@ -4,22 +4,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "bench/suite.h"
 #include "spillikin/base/error.h"
-#include "spillikin/io/read.h"
 #include "spillikin/io/write_image.h"
 #include "spillikin/reference/compare.h"
+#include "spillikin/reference/flat_face_cost.h"
 #include "spillikin/reference/reference.h"
-#include "spillikin/render/defaults.h"
 #include "spillikin/render/session.h"
 
 namespace {
@@ -27,28 +24,15 @@ namespace {
 using namespace spillikin;
 namespace fs = std::filesystem;
 
-struct Look {
-  const char* label;
-  const char* preset;
-};
-constexpr std::array<Look, 3> looks{{{"smooth", "viridis"}, {"jumping", "steps"}, {"comb", "comb"}}};
-
 struct Way {
   std::string label;
   render::Engine engine;
 };
 
-// What is left out of a run, by rule and by name in the tables. The OpenGL ways cost cells times pixels on a software
-// rasterizer: the one that has to be exact may cost more than the others. Newell's order compares pairs of cells.
-constexpr double most_work_exact = 4e9;  // cells times pixels of a picture
-constexpr double most_work_others = 1e9;
-constexpr std::size_t most_newell_cells = 20'000;
+// Newell's order compares pairs of cells: on more cells than this it is left out, by name in the tables.
+constexpr std::size_t most_newell_cells = 50'000;
 
-std::string leftOut(const Way& way, std::size_t cells, int size) {
-  const double work = static_cast<double>(cells) * size * size;
-  const double most = way.label == "osmesa" ? most_work_exact : most_work_others;
-  if (way.engine.backend != composite::Backend::native && work > most)
-    return fmt::format("not run: cells × pixels {:.1e}, more than {:.0e}", work, most);
+std::string leftOut(const Way& way, std::size_t cells) {
   if (way.engine.sort == sort::Algorithm::newell && cells > most_newell_cells)
     return fmt::format("not run: {} cells, more than {}", cells, most_newell_cells);
   return {};
@@ -77,16 +61,6 @@ std::vector<Way> ways() {
   return all;
 }
 
-// Three views: perspective from the front and from aslant, parallel from aslant.
-std::vector<View> views(const render::Session& session, int size) {
-  std::vector<View> all(3, session.defaultView(size, size));
-  render::turnView(all[1], {37.0, 23.0, 1.2});
-  const render::Box box = render::boundingBox(session.mesh());
-  all[2].parallel_scale = render::fittingParallelScale(box, size, size);
-  render::turnView(all[2], {-61.0, 41.0, 1.3});
-  return all;
-}
-
 struct Outcome {
   double max = 0.0, mean = 0.0;
   std::size_t over = 0, pixels = 0, apart = 0;
@@ -103,22 +77,25 @@ struct Outcome {
 
 struct Truth {
   View view;
-  bool jumping = false;  // the look under which an order's errors show most
+  std::string_view label;  // of the look
   integrate::TransferFunction look;
   Image image;
   std::vector<std::uint8_t> edge_on;
 };
 
-std::vector<Truth> truths(const render::Session& session, int size) {
+// One picture for each view and each of the looks named, or all of them.
+std::vector<Truth> truths(const render::Session& session, const reference::RayCaster& caster, int size,
+                          mesh::FieldModel model, std::string_view only = {}) {
   std::vector<Truth> all;
-  const reference::RayCaster caster(session.mesh(), session.field());
-  for (const View& view : views(session, size)) {
+  reference::Options options;
+  options.model = model;
+  for (const View& view : bench::views(session, size)) {
     const auto edge_on = caster.edgeOnMask(view);
-    for (const Look& look : looks) {
-      const auto preset = integrate::preset(look.preset).mapped(session.field().lo, session.field().hi);
-      auto tf = preset.scaled(render::extinctionFactor(session.mesh(), session.field(), preset));
-      Image image = caster.render(view, tf, {});
-      all.push_back({view, std::string_view(look.label) == "jumping", std::move(tf), std::move(image), edge_on});
+    for (const bench::Look& look : bench::looks) {
+      if (!only.empty() && only != look.label) continue;
+      auto tf = bench::lookOf(session, look.preset);
+      Image image = caster.render(view, tf, options);
+      all.push_back({view, look.label, std::move(tf), std::move(image), edge_on});
     }
   }
   return all;
@@ -129,7 +106,8 @@ Outcome judge(const mesh::Source& source, const Way& way, const std::vector<Trut
   try {
     render::Session session(source, way.engine);
     for (const Truth& truth : all) {
-      if (way.engine.sort != sort::Algorithm::automatic && !truth.jumping) continue;
+      // An order's errors show most where the look jumps.
+      if (way.engine.sort != sort::Algorithm::automatic && truth.label != "jumping") continue;
       session.setView(truth.view);
       session.setTransferFunction(truth.look);
       const Image image = session.draw();
@@ -152,60 +130,121 @@ std::string row(const std::string& label, const Outcome& o) {
   return fmt::format("| {} | {:.2e} | {:.2e} | {} | {} |\n", label, o.max, o.mean, o.over, o.apart);
 }
 
-// A message as it reads wherever the folder lies.
-std::string withoutFolder(std::string message, const fs::path& path) {
-  const std::string folder = path.parent_path().string() + "/";
-  for (std::size_t at = message.find(folder); at != std::string::npos; at = message.find(folder))
-    message.erase(at, folder.size());
-  return message;
+bool hasShapeFunctions(const mesh::Mesh& mesh) {
+  return std::any_of(mesh.cell_type.begin(), mesh.cell_type.end(), [](mesh::CellType type) {
+    return type == mesh::CellType::hexahedron || type == mesh::CellType::wedge || type == mesh::CellType::pyramid;
+  });
 }
 
-std::string judgeMesh(const fs::path& path, const fs::path& pictures, int size) {
-  std::string text = fmt::format("\n## {}\n\n", path.filename().string());
-  mesh::Source source;
-  std::optional<render::Session> session;
-  try {
-    source = io::readMesh(path.string());
-    session.emplace(source);
-  } catch (const Error& e) {
-    return text + "Not rendered: " + withoutFolder(e.what(), path) + "\n";
+double quantile(std::vector<double>& sorted, double part) {
+  return sorted[static_cast<std::size_t>(part * static_cast<double>(sorted.size() - 1))];
+}
+
+// Flat faces against true ones on the rays of the view from aslant, as a sentence.
+std::string cellCosts(const render::Session& session, const reference::RayCaster& caster, int size) {
+  const auto costs = reference::flatFaceCost(caster, bench::views(session, size)[1], session.mesh().cell_count());
+  std::vector<double> lengths, scalars;
+  const double range = session.field().hi - session.field().lo;
+  for (const auto& cost : costs) {
+    if (cost.rays == 0) continue;
+    lengths.push_back(cost.relative());
+    scalars.push_back(range > 0.0 ? cost.worst_scalar / range : 0.0);
   }
-  const auto all = truths(*session, size);
-  text += fmt::format("{} cells, field `{}`. `auto` sorts by {}.\n\n", session->mesh().cell_count(),
-                      session->field().name, (session->order(), session->stats().sort.algorithm));
-  text += "| way | max | mean | pixels over 1/255 | edge-on, apart |\n|---|---|---|---|---|\n";
-  for (const Way& way : ways()) {
-    Image picture;
-    const bool first = way.label == "native";
-    Outcome outcome;
-    outcome.refused = leftOut(way, session->mesh().cell_count(), size);
-    if (outcome.refused.empty()) outcome = judge(source, way, all, first ? &picture : nullptr);
-    outcome.refused = withoutFolder(outcome.refused, path);
-    text += row(way.label, outcome);
-    if (first && outcome.refused.empty()) {
-      const std::string name = path.stem().string() + "_difference.png";
-      io::writeImage((pictures / name).string(), picture);
-    }
-    std::fflush(stdout);
+  if (lengths.empty()) return {};
+  const auto over = std::count_if(lengths.begin(), lengths.end(), [](double part) { return part > 0.01; });
+  std::sort(lengths.begin(), lengths.end());
+  std::sort(scalars.begin(), scalars.end());
+  return fmt::format(
+      "Cell by cell, seen from aslant: of {} cells that rays meet, flat faces change the length inside by {:.1e} "
+      "(median), "
+      "{:.1e} (99 %), {:.1e} (worst), by more than 1 % in {}; the mean scalar on a ray by {:.1e}, {:.1e} and {:.1e} of "
+      "its "
+      "range.\n\n",
+      lengths.size(), quantile(lengths, 0.5), quantile(lengths, 0.99), lengths.back(), over, quantile(scalars, 0.5),
+      quantile(scalars, 0.99), scalars.back());
+}
+
+// What it costs that cells are drawn with flat faces: whole, and as the tetrahedra of the subdivision.
+std::string againstCurved(const mesh::Source& source, const render::Session& session,
+                          const reference::RayCaster& caster, int size) {
+  if (!hasShapeFunctions(session.mesh())) return {};
+  std::string text = "\nAgainst the elements' own curved shapes and shape functions, smooth and comb:\n\n";
+  text += cellCosts(session, caster, size);
+  text += "| way | smooth, max | mean | over 1/255 | comb, max | mean | over 1/255 |\n|---|---|---|---|---|---|---|\n";
+  const auto smooth = truths(session, caster, size, mesh::FieldModel::isoparametric, "smooth");
+  const auto comb = truths(session, caster, size, mesh::FieldModel::isoparametric, "comb");
+  for (const auto projection : {render::Projection::zoo, render::Projection::tets}) {
+    Way way{projection == render::Projection::zoo ? "native, whole cells" : "native, fully subdivided", {}};
+    way.engine.projection = projection;
+    way.engine.backend = composite::Backend::native;
+    const Outcome s = judge(source, way, smooth, nullptr), c = judge(source, way, comb, nullptr);
+    text += fmt::format("| {} | {:.2e} | {:.2e} | {} | {:.2e} | {:.2e} | {} |\n", way.label, s.max, s.mean, s.over,
+                        c.max, c.mean, c.over);
   }
   return text;
 }
 
-bool isMesh(const fs::path& path) {
-  static const std::array<const char*, 15> suffixes{".vtu", ".pvtu", ".vtk",  ".vts",  ".vtr",
-                                                    ".vti", ".pvd",  ".ex2",  ".e",    ".exo",
-                                                    ".g",   ".case", ".cgns", ".foam", "xyz.bin"};
-  const std::string name = path.filename().string();
-  return std::any_of(suffixes.begin(), suffixes.end(), [&](const std::string& s) { return name.ends_with(s); });
+struct Judged {
+  std::string summary, text;  // a row of the table in front; the mesh's own section
+};
+
+std::string shortText(const Outcome& o) {
+  return o.refused.empty() ? fmt::format("{:.1e} / {:.1e} / {}", o.max, o.mean, o.over) : "refused";
 }
 
-std::vector<fs::path> meshes(const fs::path& folder) {
-  std::vector<fs::path> all;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (isMesh(entry.path())) all.push_back(entry.path());
+Judged judgeMesh(const fs::path& path, const fs::path& pictures, int size) {
+  const std::string name = path.filename().string();
+  Judged out;
+  out.text = fmt::format("\n## {}\n\n", name);
+  mesh::Source source;
+  std::optional<render::Session> session;
+  try {
+    source = bench::read(path);
+    session.emplace(source);
+  } catch (const Error& e) {
+    out.summary = fmt::format("| {} | not rendered | | | |\n", name);
+    out.text += "Not rendered: " + bench::withoutFolder(e.what(), path) + "\n";
+    return out;
   }
-  std::sort(all.begin(), all.end());
-  return all;
+  const reference::RayCaster caster(session->mesh(), session->field());
+  const auto all = truths(*session, caster, size, mesh::FieldModel::face);
+  const std::string algorithm = (session->order(), session->stats().sort.algorithm);
+  out.text += fmt::format("{} cells, field `{}`. `auto` sorts by {}.\n\n", session->mesh().cell_count(),
+                          session->field().name, algorithm);
+  out.text += "| way | max | mean | pixels over 1/255 | edge-on, apart |\n|---|---|---|---|---|\n";
+  out.summary = fmt::format("| {} | {} | {} |", name, session->mesh().cell_count(), algorithm);
+  for (const Way& way : ways()) {
+    Image picture;
+    const bool first = way.label == "native";
+    Outcome outcome;
+    outcome.refused = leftOut(way, session->mesh().cell_count());
+    if (outcome.refused.empty()) outcome = judge(source, way, all, first ? &picture : nullptr);
+    outcome.refused = bench::withoutFolder(outcome.refused, path);
+    out.text += row(way.label, outcome);
+    if (first || way.label == "osmesa") out.summary += fmt::format(" {} |", shortText(outcome));
+    if (first && outcome.refused.empty())
+      io::writeImage((pictures / (path.stem().string() + "_difference.png")).string(), picture);
+  }
+  out.summary += "\n";
+  out.text += againstCurved(source, *session, caster, size);
+  return out;
+}
+
+std::string heading(int size) {
+  return fmt::format(
+      "# Accuracy\n\n"
+      "Made by `make accuracy`. Every mesh, three views ({0}×{0} pixels; perspective from the front and aslant, "
+      "parallel "
+      "aslant), three transfer functions (smooth, jumping, comb), against the reference under the same field model. "
+      "Errors are absolute, full scale is 1, the largest of the four channels, the worst of the pictures; pixels over "
+      "1/255 are the sum over them. Pixels whose centre lies within 1/256 pixel of an edge-on exterior face are "
+      "counted "
+      "apart. Ways named by a sort are drawn under the jumping transfer function alone, and as the order comes, "
+      "without "
+      "the native backend's repair, to show what each order is worth; the sort newell on at most {1} cells. Difference "
+      "pictures of the native backend, where it differs most: `accuracy/`.\n\n"
+      "| mesh | cells | sort | native: max / mean / pixels over 1/255 | osmesa |\n|---|---|---|---|---|\n",
+      size, most_newell_cells);
 }
 
 }  // namespace
@@ -219,23 +258,15 @@ int main(int argc, char** argv) try {
   const int size = argc > 3 ? std::stoi(argv[3]) : 128;
   const fs::path pictures = output.parent_path() / "accuracy";
   fs::create_directories(pictures);
-  std::string text = fmt::format(
-      "# Accuracy\n\nMade by `make accuracy`. Every mesh, three views ({0}x{0} pixels; perspective from the front and "
-      "aslant, parallel aslant), three transfer functions (smooth, jumping, comb), against the reference under the "
-      "same "
-      "field model. Errors are absolute, full scale is 1, the largest of the four channels, the worst of the pictures; "
-      "pixels over 1/255 are the sum over them. Pixels whose centre lies within 1/256 pixel of an edge-on exterior "
-      "face "
-      "are counted apart. Ways named by a sort are drawn under the jumping transfer function alone, and as the order "
-      "comes, without the native backend's repair, to show what each order is worth. Not run: where cells × pixels "
-      "pass "
-      "{1:.0e}, OpenGL ways other than plain `osmesa`, and past {2:.0e} that one too; the sort newell on more than {3} "
-      "cells. Difference pictures of the native backend, where it differs most: `accuracy/`.\n",
-      size, most_work_others, most_work_exact, most_newell_cells);
-  for (const fs::path& path : meshes(argv[1])) {
+  std::string summary = heading(size), details;
+  for (const fs::path& path : bench::meshes(argv[1])) {
     fmt::print("{}\n", path.filename().string());
     std::fflush(stdout);
-    text += judgeMesh(path, pictures, size);
+    const Judged judged = judgeMesh(path, pictures, size);
+    summary += judged.summary;
+    details += judged.text;
+    // After every mesh, so that a run that is cut short leaves what it has.
+    const std::string text = summary + details;
     io::writeFile(output.string(), text.data(), text.size());
   }
   return 0;

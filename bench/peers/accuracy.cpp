@@ -6,17 +6,15 @@
 #include <optional>
 
 #include "bench/peers/vtk_peer.h"
+#include "bench/suite.h"
 #include "spillikin/base/error.h"
-#include "spillikin/mesh/subdivide.h"
 #include "spillikin/reference/compare.h"
 #include "spillikin/reference/reference.h"
-#include "spillikin/render/defaults.h"
 
 namespace spillikin::bench {
 
 namespace {
 
-constexpr std::array looks{"viridis", "steps", "comb"};
 constexpr std::array mappers{Mapper::projected_tetrahedra, Mapper::bunyk_preintegrated, Mapper::bunyk_linear,
                              Mapper::zsweep};
 
@@ -63,12 +61,6 @@ struct Errors {
   std::string text() const { return given_up ? std::string("given up") : fmt::format("{:.4f} / {:.4f}", max, mean); }
 };
 
-std::vector<View> views(const render::Session& session, int size) {
-  std::vector<View> all(2, session.defaultView(size, size));
-  render::turnView(all[1], {37.0, 23.0, 1.2});
-  return all;
-}
-
 std::vector<Truth> truths(const reference::RayCaster& caster, const std::vector<View>& from,
                           const integrate::TransferFunction& look) {
   std::vector<Truth> all;
@@ -81,21 +73,24 @@ std::vector<Truth> truths(const reference::RayCaster& caster, const std::vector<
 
 }  // namespace
 
+std::vector<Subject> judgedSubjects(const std::string& folder) {
+  std::vector<Subject> all = subjects({});
+  for (const auto& path : meshes(folder))
+    all.push_back({path.filename().string(), {}, [path] { return read(path); }, 0});
+  return all;
+}
+
 std::string accuracyRows(const Subject& subject, const AccuracyOptions& options) {
   render::Engine engine;
   engine.projection = render::Projection::tets;
   render::Session session(subject.make(), engine);
   // The mappers take tetrahedra; so that all are judged by one truth, other cells are cut by the same rule for all.
   const mesh::Mesh& tetrahedra = session.drawnMesh();
-  if (tetrahedra.cell_count() > options.most_cells) {
-    return fmt::format("| {} | not run: {} tetrahedra, more than {} | | | |\n", subject.label, tetrahedra.cell_count(),
-                       options.most_cells);
-  }
   const VtkMesh grid(tetrahedra, session.drawnField());
   const reference::RayCaster caster(tetrahedra, session.drawnField());
   std::array<std::array<Errors, looks.size()>, mappers.size() + 1> errors;
   for (std::size_t l = 0; l < looks.size(); ++l) {
-    const auto look = lookOf(session, looks[l]);
+    const auto look = lookOf(session, looks[l].preset);
     session.setTransferFunction(look);
     const auto all = truths(caster, views(session, options.size), look);
     const auto count = static_cast<double>(all.size());
@@ -127,8 +122,8 @@ std::string accuracyRows(const Subject& subject, const AccuracyOptions& options)
 
 std::string accuracyHeading(const AccuracyOptions& options) {
   return fmt::format(
-      "\n## VTK {0}'s mappers against the same reference\n\n{1}×{1} pixels, two perspective views, the same transfer "
-      "functions; colours on black, the largest of three channels, max over both views / mean. Only pixels whose eight "
+      "\n## VTK {0}'s mappers against the same reference\n\n{1}×{1} pixels, the same three views and transfer "
+      "functions; colours on black, the largest of three channels, max over the views / mean. Only pixels whose eight "
       "neighbours are covered too, without those on edge-on exterior faces: the ray casters sample half a pixel off "
       "and "
       "spill over the silhouette. The mappers' pictures have 8 bits, so 0.002 is as good as it gets for them. Other "

@@ -9,9 +9,11 @@ namespace spillikin::bench {
 
 struct AccuracyOptions {
   int size = 128;
-  double limit_seconds = 60.0;
-  std::size_t most_cells = 250'000;  // larger meshes are left out, by name
+  double limit_seconds = 20.0;  // a frame; a mapper that takes longer is given up on this mesh
 };
+
+// The generated meshes on which speed is measured, and every mesh of the folder.
+std::vector<Subject> judgedSubjects(const std::string& folder);
 
 // Rows of a Markdown table for one subject: each mapper and Spillikin against the reference, by transfer function.
 std::string accuracyRows(const Subject& subject, const AccuracyOptions& options);

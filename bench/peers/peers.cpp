@@ -1,17 +1,19 @@
 // Spillikin beside VTK's mappers, on the same meshes, cameras and transfer functions, in one run. Needs a display.
 //   spillikin_peers speed FOLDER [OUTPUT.md [OUTPUT.json]] [--size N] [--rounds N] [--limit SECONDS] [--most CELLS]
-//   spillikin_peers accuracy FOLDER [OUTPUT.md] [the same options]
+//   spillikin_peers accuracy FOLDER [OUTPUT.md] [--size N] [--limit SECONDS]
 // FOLDER holds the real meshes; those it has not are left out. Without OUTPUT the tables go to the terminal.
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "bench/peers/accuracy.h"
 #include "bench/peers/speed.h"
 #include "bench/peers/vtk_peer.h"
+#include "bench/suite.h"
 #include "spillikin/base/error.h"
 #include "spillikin/io/write_image.h"
 
@@ -23,7 +25,7 @@ using Json = nlohmann::ordered_json;
 struct Arguments {
   std::vector<std::string> plain;
   int size = 0, rounds = 3;
-  double limit = 60.0;
+  double limit = 0.0;
   std::size_t most = 0;
 };
 
@@ -64,7 +66,7 @@ int speed(const Arguments& a) {
   bench::SpeedOptions options;
   if (a.size > 0) options.size = a.size;
   options.rounds = a.rounds;
-  options.limit_seconds = a.limit;
+  if (a.limit > 0.0) options.limit_seconds = a.limit;
   options.most_cells = a.most;
   Json all{{"vtk", bench::vtkVersion()},
            {"size", options.size},
@@ -90,17 +92,15 @@ int speed(const Arguments& a) {
 int accuracy(const Arguments& a) {
   bench::AccuracyOptions options;
   if (a.size > 0) options.size = a.size;
-  options.limit_seconds = a.limit;
-  if (a.most > 0) options.most_cells = a.most;
+  if (a.limit > 0.0) options.limit_seconds = a.limit;
+  const std::filesystem::path folder = std::filesystem::path(a.plain[1]) / "";
   std::string text = bench::accuracyHeading(options);
-  for (const bench::Subject& subject : bench::subjects(a.plain[1])) {
+  for (const bench::Subject& subject : bench::judgedSubjects(a.plain[1])) {
     fmt::print(stderr, "{}\n", subject.label);
     try {
-      text += subject.weight > options.most_cells
-                  ? fmt::format("| {} | not run: more than {} cells | | | |\n", subject.label, options.most_cells)
-                  : bench::accuracyRows(subject, options);
+      text += bench::accuracyRows(subject, options);
     } catch (const Error& e) {
-      text += fmt::format("| {} | not run: {} | | | |\n", subject.label, e.what());
+      text += fmt::format("| {} | not run: {} | | | |\n", subject.label, bench::withoutFolder(e.what(), folder));
     }
     write(a.plain, 2, text);
   }

@@ -8,6 +8,7 @@
 
 #include "bench/meter.h"
 #include "bench/peers/vtk_peer.h"
+#include "bench/suite.h"
 #include "spillikin/base/error.h"
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/render/defaults.h"

@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "spillikin/io/read.h"
-#include "spillikin/render/defaults.h"
 #include "tests/support/meshes.h"
 
 namespace spillikin::bench {
@@ -27,11 +26,6 @@ std::vector<Subject> subjects(const std::string& folder) {
   file("bf_tet5.vtu", {10, 30, 200}, 190'000);
   file("bracket_refined8.vtu", {15, 40, 0}, 1'650'000);
   return all;
-}
-
-integrate::TransferFunction lookOf(const render::Session& session, const char* preset) {
-  const auto look = integrate::preset(preset).mapped(session.field().lo, session.field().hi);
-  return look.scaled(render::extinctionFactor(session.mesh(), session.field(), look));
 }
 
 }  // namespace spillikin::bench

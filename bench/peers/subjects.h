@@ -5,9 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "spillikin/integrate/transfer_function.h"
 #include "spillikin/mesh/source.h"
-#include "spillikin/render/session.h"
 
 namespace spillikin::bench {
 
@@ -25,8 +23,5 @@ struct Subject {
 
 // The generated meshes, then those of the files that `folder` has.
 std::vector<Subject> subjects(const std::string& folder);
-
-// The preset over the field's range, as dense as the default look.
-integrate::TransferFunction lookOf(const render::Session& session, const char* preset);
 
 }  // namespace spillikin::bench
