@@ -130,18 +130,23 @@ void applyWarp(mesh::Source& source, const std::string& text) {
   mesh::warp(source, name, scale);
 }
 
+// Reads with a progress bar, moves the points as --warp says, and tells how long it took.
+mesh::Source timedRead(const std::string& path, io::ReadOptions options, const std::string& warp, double* seconds) {
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress("reading");
+  options.progress = progress.callback();
+  mesh::Source source = io::readMesh(path, options);
+  applyWarp(source, warp);
+  if (seconds != nullptr) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return source;
+}
+
 }  // namespace
 
 mesh::Source readStep(const SeriesStep& step, const FieldOptions& field, double* seconds) {
-  const auto start = std::chrono::steady_clock::now();
-  Progress progress("reading");
   io::ReadOptions options;
   options.step = step.step;
-  options.progress = progress.callback();
-  mesh::Source source = io::readMesh(step.path, options);
-  applyWarp(source, field.warp);
-  if (seconds != nullptr) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return source;
+  return timedRead(step.path, options, field.warp, seconds);
 }
 
 mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, double* seconds) {
@@ -149,16 +154,10 @@ mesh::Source readSource(const CommonOptions& common, const FieldOptions& field, 
     const auto series = openSeries(common.mesh);
     return readStep(series[chooseStep(series, field, common.mesh)], field, seconds);
   }
-  const auto start = std::chrono::steady_clock::now();
-  Progress progress("reading");
   io::ReadOptions options;
   options.step = field.step;
   options.time = field.time;
-  options.progress = progress.callback();
-  mesh::Source source = io::readMesh(common.mesh, options);
-  applyWarp(source, field.warp);
-  if (seconds != nullptr) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return source;
+  return timedRead(common.mesh, options, field.warp, seconds);
 }
 
 std::size_t reportWarnings(const std::vector<std::string>& warnings, bool strict, std::size_t printed) {
