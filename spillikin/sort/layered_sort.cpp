@@ -115,8 +115,16 @@ void LayeredSort::countExtra(const ExtraEdges& extra) {
 }
 
 // Counts cell `cell` off what comes after it and emits those that nothing holds back any more.
-template <bool tetrahedral, bool parallel, class Emit>
-void LayeredSort::release(mesh::Id cell, const ExtraEdges* extra, const Emit& emit) {
+template <bool tetrahedral, bool parallel, bool turns, class Emit>
+void LayeredSort::release(mesh::Id cell, const Emit& emit) {
+  const Turn turn = turns ? turn_[cell] : Turn{0};
+  const auto passOn = [&](mesh::Id next) {
+    if constexpr (turns && parallel) {
+      raise(turn_[next], turn);
+    } else if constexpr (turns) {
+      turn_[next] = std::max(turn_[next], turn);
+    }
+  };
   const auto freed = [&](mesh::Id next) {
     if constexpr (tetrahedral) {
       return (decrement<parallel>(state_[next]) & count_mask) == 0;
@@ -124,18 +132,19 @@ void LayeredSort::release(mesh::Id cell, const ExtraEdges* extra, const Emit& em
       return decrement<parallel>(count_[next]) == 0;
     }
   };
+  const auto count = [&](mesh::Id next) {
+    passOn(next);
+    if (freed(next)) emit(next);
+  };
   if constexpr (tetrahedral) {
-    for (unsigned after = state_[cell] >> 4U; after != 0; after &= after - 1) {
-      const mesh::Id next = neighbour_[4 * std::size_t{cell} + static_cast<unsigned>(std::countr_zero(after))];
-      if (freed(next)) emit(next);
-    }
+    for (unsigned after = state_[cell] >> 4U; after != 0; after &= after - 1)
+      count(neighbour_[4 * std::size_t{cell} + static_cast<unsigned>(std::countr_zero(after))]);
   } else {
-    forEachAfter(cell, [&](mesh::Id next) {
-      if (freed(next)) emit(next);
-    });
+    forEachAfter(cell, count);
   }
-  if (extra == nullptr) return;
-  for (const mesh::Id next : extra->after(cell)) {
+  if (extra_ == nullptr) return;
+  for (const mesh::Id next : extra_->after(cell)) {
+    passOn(next);
     if (decrement<parallel>(extra_count_[next]) == 0 && freed(next)) emit(next);
   }
 }
@@ -149,23 +158,23 @@ void LayeredSort::prefetchRow(mesh::Id cell) const {
   }
 }
 
-template <bool tetrahedral>
-void LayeredSort::serialLayer(std::size_t begin, std::size_t end, const ExtraEdges* extra, Order& order) {
+template <bool tetrahedral, bool turns>
+void LayeredSort::serialLayer(std::size_t begin, std::size_t end, Order& order) {
   mesh::Id* const cells = order.cells.data();
   mesh::Id* back = cells + end;
   for (std::size_t i = begin; i < end; ++i) {
     if (cells + i + ahead < back) prefetchRow<tetrahedral>(cells[i + ahead]);
-    release<tetrahedral, false>(cells[i], extra, [&](mesh::Id next) { *back++ = next; });
+    release<tetrahedral, false, turns>(cells[i], [&](mesh::Id next) { *back++ = next; });
   }
   listed_ = static_cast<std::size_t>(back - cells);
 }
 
-template <bool tetrahedral>
-void LayeredSort::parallelLayer(std::size_t begin, std::size_t end, const ExtraEdges* extra, Order& order) {
+template <bool tetrahedral, bool turns>
+void LayeredSort::parallelLayer(std::size_t begin, std::size_t end, Order& order) {
   tbb::parallel_for(Range(begin, end, 2048), [&](const Range& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       if (i + ahead < end) prefetchRow<tetrahedral>(order.cells[i + ahead]);
-      release<tetrahedral, true>(order.cells[i], extra, [&](mesh::Id next) {
+      release<tetrahedral, true, turns>(order.cells[i], [&](mesh::Id next) {
         std::atomic_ref<std::uint64_t>(marked_[next >> 6])
             .fetch_or(std::uint64_t{1} << (next & 63U), std::memory_order_relaxed);
       });
@@ -221,30 +230,35 @@ void LayeredSort::firstLayer(Order& order) {
   appendMarked(order);
 }
 
-template <bool tetrahedral>
-void LayeredSort::workOff(const ExtraEdges* extra, Order& order) {
+template <bool tetrahedral, bool turns>
+void LayeredSort::workOff(Order& order) {
   for (std::size_t begin = 0; begin < listed_;) {
     const std::size_t end = listed_;
     order.layer_offset.push_back(static_cast<std::uint32_t>(end));
     if (end - begin < large_layer) {
-      serialLayer<tetrahedral>(begin, end, extra, order);
+      serialLayer<tetrahedral, turns>(begin, end, order);
     } else {
-      parallelLayer<tetrahedral>(begin, end, extra, order);
+      parallelLayer<tetrahedral, turns>(begin, end, order);
     }
     begin = end;
   }
 }
 
-std::size_t LayeredSort::operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra) {
-  if (extra != nullptr && extra->empty()) extra = nullptr;
+std::size_t LayeredSort::operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra, Turn* turn) {
+  extra_ = extra != nullptr && extra->empty() ? nullptr : extra;
+  turn_ = turn;
   tetrahedral_ ? countTetrahedra(signs) : countCells(signs);
-  if (extra != nullptr) countExtra(*extra);
+  if (extra_ != nullptr) countExtra(*extra_);
   order.cells.resize(mesh_.cell_count());
   listed_ = 0;
   order.layer_offset.clear();
   order.layer_offset.push_back(0);
   firstLayer(order);
-  tetrahedral_ ? workOff<true>(extra, order) : workOff<false>(extra, order);
+  if (turn == nullptr) {
+    tetrahedral_ ? workOff<true, false>(order) : workOff<false, false>(order);
+  } else {
+    tetrahedral_ ? workOff<true, true>(order) : workOff<false, true>(order);
+  }
   order.cells.resize(listed_);
   return listed_;
 }

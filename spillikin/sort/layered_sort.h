@@ -9,6 +9,7 @@
 #include "spillikin/mesh/mesh.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/sort.h"
+#include "spillikin/sort/turns.h"
 
 namespace spillikin::sort {
 
@@ -36,7 +37,9 @@ class LayeredSort {
 
   // Fills cells and layer_offset of the order. Returns the number of cells that could be listed: fewer than all when
   // some are in or behind a cycle; those have left() true.
-  std::size_t operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra = nullptr);
+  //
+  // `turn`, for each cell, if given: every cell takes the latest turn of its own and of those before it.
+  std::size_t operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra = nullptr, Turn* turn = nullptr);
 
   bool left(mesh::Id cell) const { return (tetrahedral_ ? state_[cell] & count_mask : count_[cell]) != 0; }
   // Calls f(successor) for every cell that must come after this one, by a face of it.
@@ -61,20 +64,22 @@ class LayeredSort {
   void countCells(const FaceSigns& signs);
   void countExtra(const ExtraEdges& extra);
   void firstLayer(Order& order);
-  template <bool tetrahedral, bool parallel, class Emit>
-  void release(mesh::Id cell, const ExtraEdges* extra, const Emit& emit);
-  template <bool tetrahedral>
-  void workOff(const ExtraEdges* extra, Order& order);
-  template <bool tetrahedral>
-  void serialLayer(std::size_t begin, std::size_t end, const ExtraEdges* extra, Order& order);
-  template <bool tetrahedral>
-  void parallelLayer(std::size_t begin, std::size_t end, const ExtraEdges* extra, Order& order);
+  template <bool tetrahedral, bool parallel, bool turns, class Emit>
+  void release(mesh::Id cell, const Emit& emit);
+  template <bool tetrahedral, bool turns>
+  void workOff(Order& order);
+  template <bool tetrahedral, bool turns>
+  void serialLayer(std::size_t begin, std::size_t end, Order& order);
+  template <bool tetrahedral, bool turns>
+  void parallelLayer(std::size_t begin, std::size_t end, Order& order);
   template <bool tetrahedral>
   void prefetchRow(mesh::Id cell) const;
   void appendMarked(Order& order);
 
   const mesh::Mesh& mesh_;
   bool tetrahedral_ = false;
+  const ExtraEdges* extra_ = nullptr;       // of the call
+  Turn* turn_ = nullptr;                    // of the call
   std::size_t listed_ = 0;                  // cells in the order so far
   std::vector<mesh::Id> neighbour_;         // beside mesh.cell_face: the cell behind the face, or none
   std::vector<std::uint8_t> state_;         // tetrahedra: bits 0-3 the count, 4-7 the neighbours that come after
