@@ -111,5 +111,71 @@ TEST(Orient3d, TinyAndHugeCoordinatesNeitherVanishNorOverflow) {
   }
 }
 
+// Sign of the fifth point's height above the linear function through the first four, by Cramer's rule.
+int truthLift(const std::array<Vec3, 5>& p, const std::array<Rational, 5>& h) {
+  const auto volume = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) -> Rational {
+    const Row u = row(p[b], p[a]), v = row(p[c], p[a]), w = row(p[d], p[a]);
+    return u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+  };
+  const Rational plane =
+      volume(4, 1, 2, 3) * h[0] + volume(0, 4, 2, 3) * h[1] + volume(0, 1, 4, 3) * h[2] + volume(0, 1, 2, 4) * h[3];
+  return static_cast<int>(CGAL::sign(Rational(volume(0, 1, 2, 3) * h[4] - plane)));
+}
+
+std::array<Rational, 5> squares(const std::array<Vec3, 5>& p) {
+  std::array<Rational, 5> h;
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Rational x = p[i].x, y = p[i].y, z = p[i].z;
+    h[i] = x * x + y * y + z * z;
+  }
+  return h;
+}
+
+TEST(AboveLift, OutsideOnAndInsideTheSphere) {
+  std::array<Vec3, 5> p{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, 1, 1)};
+  EXPECT_EQ(aboveLift(p), 0);
+  p[4] = Vec3(1, 1, std::nextafter(1.0, 2.0));
+  EXPECT_EQ(aboveLift(p), 1);
+  p[4] = Vec3(1, 1, std::nextafter(1.0, 0.0));
+  EXPECT_EQ(aboveLift(p), -1);
+  EXPECT_EQ(aboveLift(p, {0, 1, 1, 1, 4}), 1);
+  EXPECT_EQ(aboveLift(p, {0, 1, 1, 1, 1}), -1);
+}
+
+TEST(AboveLift, AsRationalsSay) {
+  const std::uint64_t seed = 23;
+  SCOPED_TRACE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::array<int, 3> seen{};
+  for (int i = 0; i < 4000; ++i) {
+    // Lattice points lie on common spheres and planes often; scaled, moved and nudged they nearly do.
+    std::array<Vec3, 5> p;
+    const double scale = i % 3 == 0 ? 1.0 : std::ldexp(1.0 + uniform(random), static_cast<int>(random() % 400) - 200);
+    const Vec3 shift = i % 5 == 0 ? Vec3(0.0) : 1e3 * scale * Vec3(uniform(random), uniform(random), uniform(random));
+    for (Vec3& q : p) {
+      q = scale * Vec3(static_cast<double>(random() % 3), static_cast<double>(random() % 3),
+                       static_cast<double>(random() % 3)) +
+          shift;
+      if (i % 7 == 0) q.x = std::nextafter(q.x, 1e300);
+    }
+    const int turn = orient3d(p[0], p[1], p[2], p[3]);
+    if (turn == 0) continue;
+    if (turn < 0) std::swap(p[0], p[1]);
+    const int sign = aboveLift(p);
+    ASSERT_EQ(sign, truthLift(p, squares(p))) << i;
+    ++seen[static_cast<std::size_t>(sign + 1)];
+    std::array<double, 5> h{};
+    std::array<Rational, 5> exact;
+    for (std::size_t k = 0; k < 5; ++k) {
+      h[k] = i % 2 == 0 ? static_cast<double>(random() % 3) : p[k].x * p[k].x + p[k].y * p[k].y + p[k].z * p[k].z;
+      exact[k] = h[k];
+    }
+    ASSERT_EQ(aboveLift(p, h), truthLift(p, exact)) << i;
+  }
+  for (const int n : seen)
+    EXPECT_GT(n, 100);
+}
+
 }  // namespace
 }  // namespace spillikin::mesh

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <numeric>
 #include <random>
 
@@ -16,6 +15,7 @@
 #include "spillikin/sort/radix_sort.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/triangle_order.h"
+#include "tests/sort_views.h"
 #include "tests/support/meshes.h"
 
 namespace spillikin::sort {
@@ -23,37 +23,6 @@ namespace {
 
 mesh::Mesh delaunay(std::size_t points, std::uint64_t seed) {
   return mesh::build(tests::delaunayCube(points, seed));
-}
-
-// Viewpoints of every kind: outside, inside, far, parallel, on a vertex, on an edge, in a face's plane.
-std::vector<Viewpoint> viewpoints(const mesh::Mesh& mesh, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  std::vector<Viewpoint> views;
-  for (int i = 0; i < 6; ++i)
-    views.emplace_back(3.0 * unit(random), 3.0 * unit(random), 3.0 * unit(random), 1.0);
-  for (int i = 0; i < 3; ++i)
-    views.emplace_back(0.5 + 0.4 * unit(random), 0.5, 0.5 + 0.4 * unit(random), 1.0);
-  for (int i = 0; i < 3; ++i)
-    views.emplace_back(unit(random), unit(random), unit(random), 0.0);
-  for (int axis = 0; axis < 3; ++axis) {
-    Viewpoint v(0.0);
-    v[axis] = axis == 1 ? -1.0 : 1.0;
-    views.push_back(v);
-  }
-  views.emplace_back(1e12, -3e11, 2e12, 1.0);
-  views.emplace_back(1e-200, 1.0, 0.0, 0.0);
-  const auto point = [&] { return mesh.points[random() % mesh.points.size()]; };
-  views.emplace_back(point(), 1.0);
-  const auto& t = mesh.cell_vertex;
-  views.emplace_back(0.5 * mesh.points[t[0]] + 0.5 * mesh.points[t[1]], 1.0);
-  views.emplace_back(mesh.points[t[0]] + mesh.points[t[1]] - mesh.points[t[2]], 1.0);
-  views.emplace_back(mesh.points[t[1]] - mesh.points[t[2]], 0.0);
-  return views;
-}
-
-int exactSign(const mesh::Mesh& mesh, mesh::Id a, mesh::Id b, mesh::Id c, const Viewpoint& v) {
-  return mesh::orientViewpoint(mesh.points[a], mesh.points[b], mesh.points[c], v);
 }
 
 TEST(FaceSigns, EqualTheExactPredicate) {
@@ -159,46 +128,6 @@ TEST(Mpvo, KnowsConvexMeshesFromOthers) {
   EXPECT_TRUE(makeSorter(Algorithm::mpvo, mesh::build(tests::hexahedronGrid(3)))->exact());
   EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::shell(4)))->exact());
   EXPECT_FALSE(makeSorter(Algorithm::mpvo, mesh::build(tests::interlockedTori(12)))->exact());
-}
-
-// |V - c|^2 - r^2 of the circumsphere, relative to V.
-double powerDistance(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& eye) {
-  const auto v = mesh.vertices(cell);
-  const Vec3 a = mesh.points[v[0]] - eye, u = mesh.points[v[1]] - mesh.points[v[0]];
-  const Vec3 w = mesh.points[v[2]] - mesh.points[v[0]], x = mesh.points[v[3]] - mesh.points[v[0]];
-  const Vec3 centre =
-      (glm::dot(u, u) * glm::cross(w, x) + glm::dot(w, w) * glm::cross(x, u) + glm::dot(x, x) * glm::cross(u, w)) /
-      (2.0 * glm::dot(u, glm::cross(w, x)));
-  return glm::dot(a, a) + 2.0 * glm::dot(a, centre);
-}
-
-TEST(Power, OrdersDelaunayMeshesButForTies) {
-  const mesh::Mesh mesh = delaunay(2000, 4);
-  const auto sorter = makeSorter(Algorithm::power, mesh);
-  const Vec3 eye(2.0, 3.0, 4.0);
-  Order order;
-  (*sorter)(Viewpoint(eye, 1.0), order);
-  std::vector<std::size_t> position(mesh.cell_count(), mesh.cell_count());
-  for (std::size_t i = 0; i < order.cells.size(); ++i)
-    position[order.cells[i]] = i;
-  ASSERT_EQ(std::count(position.begin(), position.end(), mesh.cell_count()), 0);
-  std::size_t told = 0, ties = 0;
-  for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
-    const auto [behind, front] = mesh.triangle_cells[f];
-    if (front == mesh::none) continue;
-    const auto& t = mesh.triangle[f];
-    const int s = exactSign(mesh, t[0], t[1], t[2], Viewpoint(eye, 1.0));
-    const double p = powerDistance(mesh, behind, eye), q = powerDistance(mesh, front, eye);
-    // The corners of the cube's sides lie on one circle: their tetrahedra share spheres.
-    if (s == 0 || std::abs(p - q) < 1e-8 * (std::abs(p) + std::abs(q))) {
-      ++ties;
-      continue;
-    }
-    ++told;
-    ASSERT_EQ(position[behind]<position[front], s> 0);
-  }
-  EXPECT_GT(told, 20000U);
-  EXPECT_LT(ties, 20U);
 }
 
 TEST(RadixSort, KeepsOrderOfAnyNumbers) {

@@ -55,6 +55,41 @@ int filteredSign(const Vec3& u, const Vec3& v, const Vec3& w) {
   return vanishes ? 0 : 2;
 }
 
+// det of the 4 x 4 matrix of rows (r[i], h[i]): the height over the origin of the linear function with heights h at the
+// points r, times their volume.
+template <class T>
+T liftedDeterminant(const std::array<std::array<T, 3>, 4>& r, const std::array<T, 4>& h) {
+  return h[0] * determinant(r[1], r[2], r[3]) - h[1] * determinant(r[0], r[2], r[3]) +
+         (h[2] * determinant(r[0], r[1], r[3]) - h[3] * determinant(r[0], r[1], r[2]));
+}
+
+// What rounding is measured by: every product with its magnitude.
+double permanent(const Vec3& u, const Vec3& v, const Vec3& w) {
+  return std::abs(u.x) * (std::abs(v.y * w.z) + std::abs(v.z * w.y)) +
+         std::abs(u.y) * (std::abs(v.z * w.x) + std::abs(v.x * w.z)) +
+         std::abs(u.z) * (std::abs(v.x * w.y) + std::abs(v.y * w.x));
+}
+
+std::array<double, 3> components(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+// The sign of what liftedDeterminant is not, or 2 when rounding hides it. The bound is that of Shewchuk's insphere
+// test, stage A; heights that are a difference of doubles carry one rounding, fewer than the squares it counts with.
+int filteredLift(const std::array<Vec3, 4>& r, const std::array<double, 4>& h) {
+  const double value =
+      liftedDeterminant<double>({components(r[0]), components(r[1]), components(r[2]), components(r[3])}, h);
+  const double magnitude = std::abs(h[0]) * permanent(r[1], r[2], r[3]) + std::abs(h[1]) * permanent(r[0], r[2], r[3]) +
+                           std::abs(h[2]) * permanent(r[0], r[1], r[3]) + std::abs(h[3]) * permanent(r[0], r[1], r[2]);
+  constexpr double epsilon = 1.0 / 9007199254740992.0;  // 2^-53
+  // Twice the published constant: his order of summation differs by one addition.
+  const double bound = 2.0 * (16.0 + 224.0 * epsilon) * epsilon * magnitude;
+  if (!(magnitude > 0x1p-700 && magnitude < 0x1p1000)) return 2;  // what underflowed would not be covered
+  if (value > bound) return -1;
+  if (-value > bound) return 1;
+  return 2;
+}
+
 }  // namespace
 
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -67,6 +102,42 @@ int orientDirection(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v) 
   const int sign = filteredSign(b - a, c - a, v);
   if (sign != 2) return sign;
   return signOf(determinant(exactDifference(b, a), exactDifference(c, a), {Exact(v.x), Exact(v.y), Exact(v.z)}));
+}
+
+int aboveLift(const std::array<Vec3, 5>& points, const std::array<double, 5>& heights) {
+  std::array<Vec3, 4> r;
+  std::array<double, 4> h{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    r[i] = points[i] - points[4];
+    h[i] = heights[i] - heights[4];
+  }
+  const int sign = filteredLift(r, h);
+  if (sign != 2) return sign;
+  std::array<std::array<Exact, 3>, 4> exact;
+  std::array<Exact, 4> height;
+  for (std::size_t i = 0; i < 4; ++i) {
+    exact[i] = exactDifference(points[i], points[4]);
+    height[i] = Exact(heights[i]) - Exact(heights[4]);
+  }
+  return -signOf(liftedDeterminant(exact, height));
+}
+
+int aboveLift(const std::array<Vec3, 5>& points) {
+  std::array<Vec3, 4> r;
+  std::array<double, 4> h{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    r[i] = points[i] - points[4];
+    h[i] = r[i].x * r[i].x + r[i].y * r[i].y + r[i].z * r[i].z;
+  }
+  const int sign = filteredLift(r, h);
+  if (sign != 2) return sign;
+  std::array<std::array<Exact, 3>, 4> exact;
+  std::array<Exact, 4> height;
+  for (std::size_t i = 0; i < 4; ++i) {
+    exact[i] = exactDifference(points[i], points[4]);
+    height[i] = exact[i][0] * exact[i][0] + exact[i][1] * exact[i][1] + exact[i][2] * exact[i][2];
+  }
+  return -signOf(liftedDeterminant(exact, height));
 }
 
 }  // namespace spillikin::mesh

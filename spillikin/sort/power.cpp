@@ -1,6 +1,6 @@
 #include "spillikin/sort/power.h"
 
-#include <oneapi/tbb/blocked_range.h>
+#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,85 +10,98 @@
 namespace spillikin::sort {
 namespace {
 
-using Range = tbb::blocked_range<std::size_t>;
+// Words before the first cell's key; the last of them is what exterior faces find beyond them.
+constexpr std::size_t lead = 16;
+constexpr std::uint32_t far_key = 1U << 24;
+constexpr std::size_t faces_per_part = 1 << 15;
 
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-double dot(const Vec3& a, const Vec3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
+const mesh::Mesh& tetrahedra(const mesh::Mesh& mesh) {
+  if (mesh.tetrahedral()) return mesh;
+  throw Error(mesh.name + ": --sort power needs a mesh of tetrahedra alone; use --sort auto or --project tets");
 }
 
-// The circumcentre relative to the first corner a; the sphere passes through a, so its power at the origin o is
-// |a + c|^2 - |c|^2 = |a|^2 + 2 a . c.
-Vec3 circumcentre(const Vec3& u, const Vec3& v, const Vec3& w) {
-  return (dot(u, u) * cross(v, w) + dot(v, v) * cross(w, u) + dot(w, w) * cross(u, v)) / (2.0 * dot(u, cross(v, w)));
+std::string reason(const Convexity& convexity, const Regularity& r) {
+  if (r.irregular > 0) {
+    return fmt::format(
+        "power distances order a regular triangulation, which this mesh is not: {} of its interior faces "
+        "are not locally Delaunay",
+        r.irregular);
+  }
+  if (!convexity.convex) {
+    return fmt::format(
+        "the mesh is locally Delaunay, but not convex ({}), and power distances prove nothing across "
+        "empty space",
+        convexity.why);
+  }
+  if (!r.ties_are_trees) {
+    return fmt::format(
+        "the mesh is convex and locally Delaunay, but {} interior faces join tetrahedra of one "
+        "circumsphere, all around edges",
+        r.tied);
+  }
+  return fmt::format(
+      "the mesh is convex and Delaunay ({} interior faces locally regular, {} between tetrahedra of one circumsphere, "
+      "none irregular), so that power distances order it; neighbours too near for rounding are decided exactly",
+      r.regular, r.tied);
 }
 
 }  // namespace
 
-PowerSort::PowerSort(const mesh::Mesh& mesh) {
-  if (!mesh.tetrahedral()) {
-    throw Error(mesh.name + ": --sort power needs a mesh of tetrahedra alone; use --sort auto or --project tets");
-  }
-  if (!mesh.points.empty()) origin_ = mesh.points.front();
-  form_.resize(mesh.cell_count());
-  tbb::parallel_for(Range(0, mesh.cell_count(), 4096), [&](const Range& range) {
-    for (std::size_t c = range.begin(); c < range.end(); ++c) {
-      const mesh::Id* v = mesh.cell_vertex.data() + 4 * c;
-      const Vec3 a = mesh.points[v[0]] - origin_;
-      const Vec3 centre = circumcentre(mesh.points[v[1]] - mesh.points[v[0]], mesh.points[v[2]] - mesh.points[v[0]],
-                                       mesh.points[v[3]] - mesh.points[v[0]]);
-      form_[c] = Vec4(-2.0 * (a + centre), dot(a, a) + 2.0 * dot(a, centre));
-    }
+PowerSort::PowerSort(const mesh::Mesh& mesh)
+    : PowerSort(tetrahedra(mesh), convexity(mesh, exteriorTriangles(mesh)), regularity(mesh)) {}
+
+PowerSort::PowerSort(const mesh::Mesh& mesh, const Convexity& convexity, const Regularity& regularity)
+    : mesh_(tetrahedra(mesh)),
+      why_(reason(convexity, regularity)),
+      exact_(convexity.convex && regularity.ordered()),
+      distance_(mesh, KeySort::keyBits(mesh.cell_count())),
+      keys_(lead + mesh.cell_count(), far_key),
+      repair_(mesh) {}
+
+void PowerSort::findSuspects(std::uint32_t certain) {
+  static_assert(sizeof(mesh_.triangle_cells.front()) == 2 * sizeof(std::uint32_t));
+  const auto* cells = reinterpret_cast<const std::uint32_t(*)[2]>(mesh_.triangle_cells.data());
+  const std::size_t count = mesh_.triangle_count(), parts = (count + faces_per_part - 1) / faces_per_part;
+  suspects_.resize(parts + 1);
+  suspects_[parts] = distance_.hopelessFaces();
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    suspects_[part].clear();
+    closeFaces(cells, part * faces_per_part, std::min(count, (part + 1) * faces_per_part), keys_.data() + lead, certain,
+               suspects_[part]);
   });
 }
 
 void PowerSort::operator()(const Viewpoint& viewpoint, Order& order) {
-  const bool parallel = viewpoint.w == 0.0;
-  const Vec4 v(parallel ? Vec3(viewpoint) : Vec3(viewpoint) - origin_, parallel ? 0.0 : 1.0);
-  const auto distance = [&](std::size_t c) {
-    const Vec4& f = form_[c];
-    return f.x * v.x + f.y * v.y + f.z * v.z + f.w * v.w;
-  };
-  const Ladder ladder(form_.size(), distance);
-  radix_(
-      form_.size(),
-      [&](std::size_t begin, std::size_t end, std::uint32_t* keys) {
-        for (std::size_t c = begin; c < end; ++c)
-          keys[c - begin] = ladder(distance(c));
-      },
+  const LiftedDistance::View view = distance_.view(viewpoint);
+  std::uint32_t* keys = keys_.data() + lead;
+  sort_(
+      mesh_.cell_count(), [&](std::size_t begin, std::size_t end) { distance_.keys(view, begin, end, keys); }, keys,
       order.cells);
-  // Runs of equal keys, each by the task in whose range it begins.
-  const std::size_t count = form_.size();
-  tbb::parallel_for(Range(0, count, 1 << 14), [&](const Range& range) {
-    for (std::size_t i = range.begin(); i < range.end();) {
-      const std::uint32_t key = radix_.sortedKey(i);
-      std::size_t end = i + 1;
-      while (end < count && radix_.sortedKey(end) == key)
-        ++end;
-      if (end - i > 1 && (i == 0 || radix_.sortedKey(i - 1) != key)) {
-        std::sort(order.cells.begin() + static_cast<std::ptrdiff_t>(i),
-                  order.cells.begin() + static_cast<std::ptrdiff_t>(end), [&](mesh::Id a, mesh::Id b) {
-                    const double da = distance(a), db = distance(b);
-                    return da != db ? da > db : a < b;
-                  });
-      }
-      i = end;
-    }
-  });
   order.layer_offset.clear();
   order.cuts.clear();
   order.cycles.clear();
   order.exact = order.cells.size() < 2;
+  if (!exact_) return;
+  findSuspects(view.certain);
+  order.exact = repair_(suspects_, keys, sort_, viewpoint, order);
 }
 
 std::string PowerSort::why() const {
-  return "power distances order a Delaunay tetrahedralization, which this mesh has not been shown to be";
+  return why_;
+}
+
+std::size_t PowerSort::suspectFaces() const {
+  std::size_t sum = 0;
+  for (const auto& part : suspects_)
+    sum += part.size();
+  return sum;
 }
 
 std::size_t PowerSort::bytes() const {
-  return form_.capacity() * sizeof(Vec4) + radix_.bytes();
+  std::size_t bytes = distance_.bytes() + keys_.capacity() * sizeof(std::uint32_t) + sort_.bytes();
+  for (const auto& part : suspects_)
+    bytes += part.capacity() * sizeof(mesh::Id);
+  return bytes;
 }
 
 }  // namespace spillikin::sort

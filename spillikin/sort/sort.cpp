@@ -27,11 +27,17 @@ constexpr std::array<std::pair<Algorithm, const char*>, 10> names{{{Algorithm::a
                                                                    {Algorithm::centroid, "centroid"},
                                                                    {Algorithm::none, "none"}}};
 
-// The cheapest that is exact for this mesh from every viewpoint.
+// The cheapest that is exact for this mesh from every viewpoint. Power distances cost less than half of MPVO, their
+// proof from view to view counted, and are prepared in the same time; below `few` cells either takes no time.
 std::unique_ptr<Sorter> automatic(const mesh::Mesh& mesh) {
+  constexpr std::size_t few = 1000;
   Convexity found = convexity(mesh, exteriorTriangles(mesh));
-  if (found.convex) return std::make_unique<Mpvo>(mesh, std::move(found));
-  return std::make_unique<Xmpvo>(mesh);
+  if (!found.convex) return std::make_unique<Xmpvo>(mesh);
+  if (mesh.tetrahedral() && mesh.cell_count() >= few) {
+    const Regularity lifted = regularity(mesh, {}, true);
+    if (lifted.ordered()) return std::make_unique<PowerSort>(mesh, found, lifted);
+  }
+  return std::make_unique<Mpvo>(mesh, std::move(found));
 }
 
 }  // namespace

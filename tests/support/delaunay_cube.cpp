@@ -21,21 +21,10 @@ using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data
 
 }  // namespace
 
-mesh::Source delaunayCube(std::size_t points, std::uint64_t seed) {
+mesh::Source delaunay(const std::vector<Vec3>& points) {
   mesh::Source source;
-  source.name = "delaunay cube";
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    source.points.emplace_back(corner & 1U, (corner >> 1U) & 1U, (corner >> 2U) & 1U);
-  }
-  while (source.points.size() < points) {
-    const double x = uniform(random);
-    const double y = uniform(random);
-    const double z = uniform(random);
-    source.points.emplace_back(x, y, z);
-  }
-
+  source.name = "delaunay";
+  source.points = points;
   std::vector<std::pair<Kernel::Point_3, std::uint32_t>> input;
   input.reserve(source.points.size());
   for (const Vec3& p : source.points) {
@@ -52,6 +41,24 @@ mesh::Source delaunayCube(std::size_t points, std::uint64_t seed) {
   }
   source.types.assign(source.offsets.size() - 1, mesh::vtk_cell::tetra);
   addPointArray(source, "value", [](const Vec3& p) { return smoothValue(p); });
+  return source;
+}
+
+mesh::Source delaunayCube(std::size_t points, std::uint64_t seed) {
+  std::vector<Vec3> at;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    at.emplace_back(corner & 1U, (corner >> 1U) & 1U, (corner >> 2U) & 1U);
+  }
+  while (at.size() < points) {
+    const double x = uniform(random);
+    const double y = uniform(random);
+    const double z = uniform(random);
+    at.emplace_back(x, y, z);
+  }
+  mesh::Source source = delaunay(at);
+  source.name = "delaunay cube";
   return source;
 }
 

@@ -11,6 +11,8 @@
 
 namespace spillikin::tests {
 
+// Delaunay tetrahedra of the points, no two of them at one place: a convex mesh.
+mesh::Source delaunay(const std::vector<Vec3>& points);
 // Delaunay tetrahedra of `points` random points in the unit cube, its corners among them: a convex mesh.
 mesh::Source delaunayCube(std::size_t points, std::uint64_t seed);
 
