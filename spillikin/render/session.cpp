@@ -173,7 +173,7 @@ void Session::Impl::sort() {
   stats.sort.cells_per_second = static_cast<double>(order.cells.size()) / std::max(stats.sort.seconds, 1e-9);
   stats.sort.cycles = order.cycles.size();
   stats.sort.exact = order.exact;
-  stats.sort.why = sorter->why();
+  stats.sort.why = sort::why(*sorter, order);
 }
 
 Session::Session(mesh::Source source, const Engine& engine) : impl_(std::make_unique<Impl>()) {
@@ -274,7 +274,7 @@ Image Session::draw() {
   const bool certified = drawn.certified && drawn.unresolved == 0;
   if (!s.order.exact && !certified) {
     s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.mesh.name.empty() ? "the mesh" : s.mesh.name,
-                       s.sorter->why()));
+                       s.stats.sort.why));
   }
   if (drawn.unresolved > 0) {
     s.warn(fmt::format(

@@ -56,6 +56,11 @@ Algorithm algorithm(std::string_view name) {
   throw Error("no sort is called '" + std::string(name) + "'; the sorts are " + known);
 }
 
+std::string why(const Sorter& sorter, const Order& order) {
+  if (order.exact || !sorter.exact()) return sorter.why();
+  return "cells of a cycle overlap in space, or were too many to be cut apart, and no order is right for them";
+}
+
 std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) {
   switch (algorithm) {
     case Algorithm::automatic:

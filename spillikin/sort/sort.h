@@ -63,6 +63,9 @@ class Sorter {
   virtual std::size_t bytes() const = 0;    // kept by the sorter
 };
 
+// What makes this one order exact or not, in a sentence: the sorter's, unless cells of a cycle overlapped in this view.
+std::string why(const Sorter& sorter, const Order& order);
+
 // Throws Error when the algorithm cannot work on the mesh.
 std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh);
 
