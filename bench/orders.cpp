@@ -28,6 +28,7 @@
 #include "spillikin/reference/reference.h"
 #include "spillikin/sort/checker.h"
 #include "spillikin/sort/sort.h"
+#include "spillikin/sort/xmpvo.h"
 #include "tests/support/meshes.h"
 
 namespace {
@@ -245,7 +246,10 @@ bool runMesh(const std::string& name, const Wish& wish) {
                  c.rays == 0 ? 0.0 : 100.0 * static_cast<double>(c.wrong) / static_cast<double>(c.rays), c.overlapping,
                  c.inversions);
     }
-    fmt::print(", cycles {}, cuts {}\n", c.cycles, c.cut);
+    fmt::print(", cycles {}, cuts {}", c.cycles, c.cut);
+    if (const auto* x = dynamic_cast<const sort::Xmpvo*>(c.sorter.get()))
+      fmt::print(", searched {}, put off {}", x->turns().searched(), x->turns().putOff());
+    fmt::print("\n");
     if (!c.worst.empty()) fmt::print("    EXACT BUT WRONG in {} views; {}\n", c.wrong_exact, c.worst);
     right = right && c.wrong_exact == 0;
   }

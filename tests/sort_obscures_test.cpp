@@ -14,6 +14,7 @@
 #include "spillikin/mesh/build.h"
 #include "spillikin/sort/checker.h"
 #include "spillikin/sort/cycle_cutter.h"
+#include "spillikin/sort/gap_turns.h"
 #include "spillikin/sort/sort.h"
 #include "tests/support/meshes.h"
 
@@ -190,6 +191,34 @@ TEST(Obscures, NoPairIsInvertedByAnExactSort) {
       }
     }
   }
+}
+
+// A guess that tells nothing leaves all to the searches: every cell has the same turn at first.
+TEST(Obscures, TurnsAreMadeRightFromAnyGuess) {
+  std::size_t put_off = 0, settled = 0;
+  for (const Case& c : cases()) {
+    const mesh::Mesh mesh = mesh::build(c.source);
+    FaceSigns signs(mesh);
+    LayeredSort layered(mesh);
+    GapEdges gaps(mesh, signs);
+    GapTurns turns(mesh, gaps);
+    TurnSort by_turn;
+    Order order;
+    const std::vector<Viewpoint> views = someViews(99);
+    for (const Viewpoint& v : {views[0], views[2]}) {
+      SCOPED_TRACE(testing::Message() << c.what << ", viewpoint " << v.x << ' ' << v.y << ' ' << v.z << ' ' << v.w);
+      signs(v);
+      turns.begin([](std::uint32_t, int) { return Turn{7}; });
+      ASSERT_EQ(layered(signs, order, nullptr, turns.data()), mesh.cell_count());
+      if (!turns.settle(v, layered)) continue;  // long chains of put off cells
+      ++settled;
+      put_off += turns.putOff();
+      by_turn(turns.turns(), order.cells);
+      expectAllPairs(mesh, v, order);
+    }
+  }
+  EXPECT_GT(put_off, 50U);
+  EXPECT_GT(settled, 9U);
 }
 
 TEST(Obscures, ConvexifiedIsExactWhereItFills) {

@@ -118,11 +118,13 @@ void ExteriorTree::build() {
     if (count <= wide) break;
     boxes.swap(parents);
   }
-  wanted_.assign(nodes_.size(), 0xFF);
+  turns_.resize(nodes_.size());
+  for (TreeTurns& turns : turns_)
+    turns.fill(0);
 }
 
-void ExteriorTree::inShadow(std::size_t t, int sign, const Viewpoint& viewpoint,
-                            std::vector<std::uint32_t>& out) const {
+void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn last,
+                           std::vector<std::uint32_t>& out) const {
   // det[b - a, c - a, V - a] has the sign `sign`, so that (b - a) x (V - a) has c on the side -sign, and the triangle's
   // own normal has the viewpoint on the side sign.
   const Triangle p = corners(t);
@@ -136,13 +138,13 @@ void ExteriorTree::inShadow(std::size_t t, int sign, const Viewpoint& viewpoint,
     const Vec3 sight = viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - p[k];
     planes[k] = local(-static_cast<double>(sign) * spanned(p[(k + 1) % 3] - p[k], sight), p[k]);
   }
-  planes[3] = local(-static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]);
-  searchTree(nodes_.data(), wanted_.data(), levels_.data(), levels_.size(), planes, out);
+  planes[3] = local(static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]);
+  searchTree(nodes_.data(), turns_.data(), levels_.data(), levels_.size(), planes, last, out);
 }
 
 std::size_t ExteriorTree::bytes() const {
   return triangles_.capacity() * sizeof(ExteriorTriangle) + nodes_.capacity() * sizeof(Node) +
-         levels_.capacity() * sizeof(Level) + wanted_.capacity();
+         levels_.capacity() * sizeof(Level) + turns_.capacity() * sizeof(TreeTurns);
 }
 
 }  // namespace spillikin::sort

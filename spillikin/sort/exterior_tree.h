@@ -1,14 +1,19 @@
-// The exterior triangles of a mesh in a tree of boxes, and what lies in the shadow of one of them.
+// The exterior triangles of a mesh in a tree of boxes, and what lies before one of them.
 #pragma once
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "spillikin/sort/convexity.h"
 #include "spillikin/sort/triangle_order.h"
+#include "spillikin/sort/turns.h"
 
 namespace spillikin::sort {
 
@@ -25,10 +30,12 @@ struct TreeLevel {
 struct TreePlane {
   float x, y, z, w;
 };
+// The earliest turn in each box of a node.
+using TreeTurns = std::array<Turn, TreeNode::wide>;
 // The search, compiled for every SIMD target and chosen at run time: appends the boxes of level 0 that reach into all
-// four half-spaces, as far as `wanted` has their bit.
-void searchTree(const TreeNode* nodes, const std::uint8_t* wanted, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane planes[4], std::vector<std::uint32_t>& out);
+// four half-spaces and hold a turn of at most `last`.
+void searchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
+                const TreePlane planes[4], Turn last, std::vector<std::uint32_t>& out);
 
 // Built once per geometry. Triangles are renumbered along a space-filling curve; `triangles()` is in that order and so
 // are all indices. The tree is implicit and eight wide.
@@ -42,29 +49,32 @@ class ExteriorTree {
     return {mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]]};
   }
 
-  // What the searches of a view may find: triangles whose sign is positive. Linear in the triangles.
-  template <class Sign>
-  void lookFor(const Sign& sign) {
-    const auto mark = [&](const Level& level, const auto& wanted) {
-      for (std::size_t i = 0; i < level.count; i += wide) {
-        unsigned bits = 0;
-        for (std::size_t j = i; j < std::min(level.count, i + wide); ++j)
-          bits |= (wanted(j) ? 1U : 0U) << (j - i);
-        wanted_[level.first + i / wide] = static_cast<std::uint8_t>(bits);
-      }
-    };
+  static constexpr Turn never = std::numeric_limits<Turn>::max();
+
+  // What the searches may find: triangles by their turn(t), `never` for those that none may. Linear, on all cores.
+  template <class TurnOf>
+  void setTurns(const TurnOf& turn) {
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      if (l == 0) {
-        mark(levels_[0], [&](std::size_t t) { return sign(static_cast<std::uint32_t>(t)) > 0; });
-      } else {
-        mark(levels_[l], [&](std::size_t node) { return wanted_[levels_[l - 1].first + node] != 0; });
-      }
+      const TreeTurns* below = l == 0 ? nullptr : turns_.data() + levels_[l - 1].first;
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (levels_[l].count + wide - 1) / wide, 512),
+                        [&](const tbb::blocked_range<std::size_t>& range) {
+                          for (std::size_t node = range.begin(); node < range.end(); ++node) {
+                            TreeTurns& turns = turns_[levels_[l].first + node];
+                            turns.fill(never);
+                            const std::size_t boxes = std::min(wide, levels_[l].count - wide * node);
+                            for (std::size_t j = 0; j < boxes; ++j) {
+                              const std::size_t box = wide * node + j;
+                              turns[j] = below == nullptr ? turn(static_cast<std::uint32_t>(box))
+                                                          : *std::min_element(below[box].begin(), below[box].end());
+                            }
+                          }
+                        });
     }
   }
 
-  // Appends to `out` the triangles looked for that may lie in the shadow that triangle t throws away from the
-  // viewpoint; leaves out only such that certainly do not. `sign` is the nonzero orientViewpoint of t.
-  void inShadow(std::size_t t, int sign, const Viewpoint& viewpoint, std::vector<std::uint32_t>& out) const;
+  // Appends to `out` the triangles that setTurns gave a turn of at most `last` and that may lie between the viewpoint
+  // and triangle t; leaves out only such that certainly do not. `sign` is the nonzero orientViewpoint of t.
+  void inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn last, std::vector<std::uint32_t>& out) const;
 
   std::size_t bytes() const;
 
@@ -80,8 +90,8 @@ class ExteriorTree {
   Vec3 origin_{0.0};
   double scale_ = 1.0;
   std::vector<Node> nodes_;
-  std::vector<std::uint8_t> wanted_;  // per node: which of its boxes hold what is looked for
-  std::vector<Level> levels_;         // from the triangles' own boxes up to the root
+  std::vector<TreeTurns> turns_;  // per node
+  std::vector<Level> levels_;     // from the triangles' own boxes up to the root
 };
 
 }  // namespace spillikin::sort

@@ -37,8 +37,21 @@ unsigned reach(D d, const TreeNode& node, const TreePlane planes[4]) {
   return bits;
 }
 
-void SearchTree(const TreeNode* nodes, const std::uint8_t* wanted, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane* planes, std::vector<std::uint32_t>& out) {
+// Which boxes of a node hold a turn of at most `last`.
+unsigned early(const TreeTurns& turns, Turn last) {
+  const hn::CappedTag<Turn, TreeNode::wide> d;
+  unsigned bits = 0;
+  for (std::size_t k = 0; k < TreeNode::wide; k += hn::Lanes(d)) {
+    std::uint8_t bytes[8] = {};
+    const auto turn = hn::LoadU(d, turns.data() + k);
+    hn::StoreMaskBits(d, hn::Eq(hn::Min(turn, hn::Set(d, last)), turn), bytes);
+    bits |= static_cast<unsigned>(bytes[0]) << k;
+  }
+  return bits;
+}
+
+void SearchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
+                const TreePlane* planes, Turn last, std::vector<std::uint32_t>& out) {
   if (level_count == 0) return;
   const hn::CappedTag<float, TreeNode::wide> d;
   struct Entry {
@@ -51,7 +64,8 @@ void SearchTree(const TreeNode* nodes, const std::uint8_t* wanted, const TreeLev
   while (depth > 0) {
     const Entry entry = stack[--depth];
     const std::size_t at = levels[entry.level].first + entry.node;
-    for (unsigned bits = wanted[at] == 0 ? 0 : reach(d, nodes[at], planes) & wanted[at]; bits != 0; bits &= bits - 1) {
+    const unsigned wanted = early(turns[at], last);
+    for (unsigned bits = wanted == 0 ? 0 : reach(d, nodes[at], planes) & wanted; bits != 0; bits &= bits - 1) {
       const auto box =
           static_cast<std::uint32_t>(TreeNode::wide) * entry.node + static_cast<std::uint32_t>(__builtin_ctz(bits));
       if (entry.level == 0) {
@@ -71,9 +85,9 @@ HWY_AFTER_NAMESPACE();
 namespace spillikin::sort {
 HWY_EXPORT(SearchTree);
 
-void searchTree(const TreeNode* nodes, const std::uint8_t* wanted, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane planes[4], std::vector<std::uint32_t>& out) {
-  HWY_DYNAMIC_DISPATCH(SearchTree)(nodes, wanted, levels, level_count, planes, out);
+void searchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
+                const TreePlane planes[4], Turn last, std::vector<std::uint32_t>& out) {
+  HWY_DYNAMIC_DISPATCH(SearchTree)(nodes, turns, levels, level_count, planes, last, out);
 }
 }  // namespace spillikin::sort
 #endif

@@ -8,6 +8,8 @@
 #include <map>
 #include <numeric>
 
+#include "spillikin/mesh/predicates.h"
+
 namespace spillikin::sort {
 namespace {
 
@@ -25,15 +27,7 @@ mesh::Id place(const mesh::Mesh& mesh, mesh::Id vertex) {
 GapEdges::GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs)
     : mesh_(mesh), signs_(signs), tree_(mesh, exteriorTriangles(mesh)) {
   const auto& triangles = tree_.triangles();
-  row_.reserve(triangles.size());
-  for (const auto& t : triangles) {
-    std::size_t row = t.face;
-    if (t.face >= mesh.triangle_count()) {
-      const auto& quad = mesh.quad[t.face - mesh.triangle_count()];
-      row = t.corner[1] == quad[1] ? signs_.firstHalf(t.face) : signs_.secondHalf(t.face);
-    }
-    row_.push_back(row);
-  }
+  row_ = exteriorRows(mesh, signs, triangles);
   by_cell_.resize(triangles.size());
   std::iota(by_cell_.begin(), by_cell_.end(), 0U);
   std::sort(by_cell_.begin(), by_cell_.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -86,32 +80,49 @@ std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {
   return {by_cell_.data() + first_of_[cell], by_cell_.data() + first_of_[cell + 1]};
 }
 
+// Does the other triangle lie beside the plane of this one, all on the side asked for (1 the viewpoint's) or in the
+// plane, but not all in it?
+bool GapEdges::beside(std::uint32_t triangle, std::uint32_t other, int side) const {
+  const auto& corner = tree_.triangles()[triangle].corner;
+  const Triangle plane = tree_.corners(triangle);
+  const int wanted = sign(triangle) * side;
+  bool any = false;
+  for (const mesh::Id v : tree_.triangles()[other].corner) {
+    if (v == corner[0] || v == corner[1] || v == corner[2]) continue;  // what neighbours share lies in the plane
+    const int s = mesh::orient3d(plane[0], plane[1], plane[2], mesh_.points[v]);
+    if (s == -wanted) return false;
+    any = any || s == wanted;
+  }
+  return any;
+}
+
 bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const {
   const Triangle a = tree_.corners(exit), b = tree_.corners(entry);
   const int s = sign(exit), t = sign(entry);
-  // First what is cheap and leaves out most.
-  if (!seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)))) return false;
   const bool one_face = partner_[exit] != mesh::none && partner_[exit] == partner_[entry];
+  // First what is cheap and leaves out most.
+  if (!one_face && (beside(exit, entry, 1) || beside(entry, exit, -1))) return false;
+  if (!seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)))) return false;
   if (!one_face && nearer(a, s, b, t, viewpoint) < 0) return false;
   return projectionsOverlap(a, s, b, t, viewpoint);
 }
 
 void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
   const auto& triangles = tree_.triangles();
-  tree_.lookFor([&](std::uint32_t t) { return sign(t); });
+  tree_.setTurns([&](std::uint32_t t) { return sign(t) < 0 ? Turn{0} : ExteriorTree::never; });
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
     auto& found = found_[b];
     auto& candidates = scratch.local();
     found.clear();
-    for (auto f = static_cast<std::uint32_t>(b * block); f < std::min(triangles.size(), (b + 1) * block); ++f) {
-      const int s = sign(f);
-      if (s >= 0) continue;  // rays leave through triangles turned away
+    for (auto n = static_cast<std::uint32_t>(b * block); n < std::min(triangles.size(), (b + 1) * block); ++n) {
+      const int s = sign(n);
+      if (s <= 0) continue;  // rays enter through triangles turned towards the viewpoint
       candidates.clear();
-      tree_.inShadow(f, s, viewpoint, candidates);
-      for (const std::uint32_t g : candidates) {
-        if (triangles[g].cell == triangles[f].cell) continue;
-        if (related(f, g, viewpoint)) found.emplace_back(triangles[g].cell, triangles[f].cell);
+      tree_.inFront(n, s, viewpoint, 0, candidates);
+      for (const std::uint32_t e : candidates) {
+        if (triangles[e].cell == triangles[n].cell) continue;
+        if (related(e, n, viewpoint)) found.emplace_back(triangles[n].cell, triangles[e].cell);
       }
     }
     std::sort(found.begin(), found.end());

@@ -13,7 +13,7 @@
 namespace spillikin::sort {
 
 // A ray that leaves the mesh through an exterior triangle and enters it again through another orders their cells. Found
-// from the tree of boxes, searched with the shadow of each triangle turned away from the viewpoint; exact predicates
+// from the tree of boxes, searched for what lies before each triangle turned towards the viewpoint; exact predicates
 // decide, but an overlap no wider than a sliver (triangle_order.h) orders nothing.
 //
 // A quadrilateral that abuts two triangles with the other diagonal leaves gaps or overlaps of no account between them:
@@ -30,6 +30,7 @@ class GapEdges {
   bool related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const;
 
   const ExteriorTree& tree() const { return tree_; }
+  ExteriorTree& tree() { return tree_; }
   // Pairs of exterior triangles of different cells that are taken for one face; few.
   const std::vector<std::pair<std::uint32_t, std::uint32_t>>& abutting() const { return abutting_; }
   std::span<const std::uint32_t> trianglesOf(mesh::Id cell) const;
@@ -38,6 +39,7 @@ class GapEdges {
 
  private:
   void pairNonmatching();
+  bool beside(std::uint32_t triangle, std::uint32_t other, int side) const;
 
   const mesh::Mesh& mesh_;
   const FaceSigns& signs_;

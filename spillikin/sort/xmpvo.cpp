@@ -1,17 +1,46 @@
 #include "spillikin/sort/xmpvo.h"
 
+#include <algorithm>
+
 #include "spillikin/sort/cycles.h"
 
 namespace spillikin::sort {
 
-Xmpvo::Xmpvo(const mesh::Mesh& mesh) : mesh_(mesh), signs_(mesh), layered_(mesh), gaps_(mesh, signs_) {}
+Xmpvo::Xmpvo(const mesh::Mesh& mesh)
+    : mesh_(mesh), signs_(mesh), layered_(mesh), gaps_(mesh, signs_), turns_(mesh, gaps_) {
+  if (!mesh.points.empty()) lower_ = upper_ = mesh.points.front();
+  for (const Vec3& p : mesh.points) {
+    for (int k = 0; k < 3; ++k) {
+      lower_[k] = std::min(lower_[k], p[k]);
+      upper_[k] = std::max(upper_[k], p[k]);
+    }
+  }
+}
 
 void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
+  order.exact = true;
+  signs_(viewpoint);
+  const DepthBands bands(lower_, upper_, viewpoint);
+  turns_.begin([&](std::uint32_t t, int sign) {
+    const Triangle corners = gaps_.tree().corners(t);
+    return sign < 0 ? bands.latest(corners) : bands.earliest(corners);
+  });
+  if (layered_(signs_, order, nullptr, turns_.data()) < mesh_.cell_count() || !turns_.settle(viewpoint, layered_)) {
+    byEdges(viewpoint, order);
+    return;
+  }
+  by_turn_(turns_.turns(), order.cells);
+  order.layer_offset.clear();
+}
+
+void Xmpvo::byEdges(const Viewpoint& viewpoint, Order& order) {
+  order.cuts.clear();
+  order.cycles.clear();
+  order.exact = true;
   signs_(viewpoint);
   gaps_(viewpoint, extra_);
-  order.exact = true;
   const std::size_t listed = layered_(signs_, order, &extra_);
   if (listed == mesh_.cell_count()) return;
   const Gaps gaps{gaps_, extra_};
@@ -23,7 +52,7 @@ std::string Xmpvo::why() const {
 }
 
 std::size_t Xmpvo::bytes() const {
-  return signs_.bytes() + layered_.bytes() + gaps_.bytes() +
+  return signs_.bytes() + layered_.bytes() + gaps_.bytes() + turns_.bytes() + by_turn_.bytes() +
          4 * (extra_.offset.capacity() + extra_.successor.capacity());
 }
 

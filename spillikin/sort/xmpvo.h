@@ -5,15 +5,20 @@
 
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/gap_edges.h"
+#include "spillikin/sort/gap_turns.h"
 #include "spillikin/sort/layered_sort.h"
 #include "spillikin/sort/sort.h"
 
 namespace spillikin::sort {
 
-// Silva, Mitchell and Williams 1998; Max, Williams, Silva 2000, section III: for every viewpoint an edge is added for
-// each pair of exterior triangles of which the first is turned away from the viewpoint, the second towards it, whose
-// projections overlap and of which the first is nearer (gap_edges.h). Exact for every mesh whose cells do not overlap;
-// faces need not match. Cost of a view: that of MPVO and of finding the edges.
+// Silva, Mitchell and Williams 1998; Max, Williams, Silva 2000, section III: cells are ordered by their faces and,
+// where a ray leaves the mesh through one exterior triangle and enters it again through another, by these two. Most
+// such pairs are in the right order once the cells have turns by depth, as in MPVONC; only those that are not are
+// found, by exact tests, and put right (gap_turns.h). In a cycle all edges are found (gap_edges.h) and cells of it are
+// cut.
+//
+// Exact for every mesh whose cells do not overlap; faces need not match. Cost of a view: that of MPVONC and of proving
+// its order; where there are cycles, that of finding the edges, O(b log b + k) for k pairs of b exterior triangles.
 class Xmpvo final : public Sorter {
  public:
   explicit Xmpvo(const mesh::Mesh& mesh);
@@ -23,14 +28,21 @@ class Xmpvo final : public Sorter {
   bool exact() const override { return true; }
   std::size_t bytes() const override;
 
-  std::size_t addedEdges() const { return extra_.successor.size(); }  // in the last view
+  // The order by all edges, with its layers: the slow way, also for acyclic views.
+  void byEdges(const Viewpoint& viewpoint, Order& order);
+
+  const GapTurns& turns() const { return turns_; }
+  std::size_t addedEdges() const { return extra_.successor.size(); }  // in the last view that needed them
 
  private:
   const mesh::Mesh& mesh_;
   FaceSigns signs_;
   LayeredSort layered_;
   GapEdges gaps_;
+  GapTurns turns_;
+  TurnSort by_turn_;
   ExtraEdges extra_;
+  Vec3 lower_{0.0}, upper_{0.0};
 };
 
 }  // namespace spillikin::sort

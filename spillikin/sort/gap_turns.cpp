@@ -1,0 +1,145 @@
+#include "spillikin/sort/gap_turns.h"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+
+namespace spillikin::sort {
+namespace {
+
+constexpr std::size_t block = 256;  // triangles searched by one task, whose pairs are kept together
+
+}  // namespace
+
+GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps)
+    : mesh_(mesh), gaps_(gaps), guess_(gaps.tree().triangles().size()), turn_(mesh.cell_count()) {}
+
+void GapTurns::clear() {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, turn_.size(), 1 << 16),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      std::fill(turn_.begin() + static_cast<std::ptrdiff_t>(range.begin()),
+                                turn_.begin() + static_cast<std::ptrdiff_t>(range.end()), Turn{0});
+                    });
+}
+
+// May an exit before it come too early?
+bool GapTurns::open(std::uint32_t entry) const {
+  return gaps_.sign(entry) > 0 && turn_[gaps_.tree().triangles()[entry].cell] >= guess_[entry];
+}
+
+void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
+                      std::vector<Pair>& found) const {
+  const auto& triangles = gaps_.tree().triangles();
+  const mesh::Id cell = triangles[entry].cell;
+  scratch.clear();
+  gaps_.tree().inFront(entry, 1, viewpoint, turn_[cell], scratch);
+  for (const std::uint32_t exit : scratch) {
+    if (triangles[exit].cell == cell || turn_[triangles[exit].cell] > turn_[cell]) continue;
+    if (guess_[exit] < guess_[entry]) continue;  // farther on every ray
+    if (gaps_.related(exit, entry, viewpoint)) found.emplace_back(exit, entry);
+  }
+}
+
+void GapTurns::searchAll(const Viewpoint& viewpoint) {
+  const std::size_t count = guess_.size(), blocks = (count + block - 1) / block;
+  found_.resize(std::max(found_.size(), blocks));
+  searches_.resize(blocks);
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+    found_[b].clear();
+    std::size_t searches = 0;
+    for (auto t = static_cast<std::uint32_t>(b * block); t < std::min(count, (b + 1) * block); ++t) {
+      if (!open(t)) continue;
+      ++searches;
+      search(t, viewpoint, scratch.local(), found_[b]);
+    }
+    searches_[b] = searches;
+  });
+  for (const std::size_t searches : searches_)
+    searched_ += searches;
+}
+
+void GapTurns::searchOpen(const Viewpoint& viewpoint) {
+  const std::size_t blocks = (open_.size() + block - 1) / block;
+  found_.resize(std::max(found_.size(), blocks));
+  for (auto& found : found_)
+    found.clear();
+  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+    for (std::size_t i = b * block; i < std::min(open_.size(), (b + 1) * block); ++i)
+      search(open_[i], viewpoint, scratch.local(), found_[b]);
+  });
+  searched_ += open_.size();
+}
+
+// A quadrilateral that abuts two triangles may lie before or behind them: no guess tells.
+void GapTurns::addAbutting(const Viewpoint& viewpoint) {
+  if (found_.empty()) return;
+  const auto& triangles = gaps_.tree().triangles();
+  for (const auto& [a, b] : gaps_.abutting()) {
+    for (const auto& [exit, entry] : {std::pair{a, b}, std::pair{b, a}}) {
+      if (gaps_.sign(exit) >= 0 || gaps_.sign(entry) <= 0) continue;
+      if (turn_[triangles[exit].cell] > turn_[triangles[entry].cell]) continue;
+      if (gaps_.related(exit, entry, viewpoint)) found_.front().emplace_back(exit, entry);
+    }
+  }
+}
+
+// Puts off the exits found, with all cells before them, and notes which entries are to be looked at again. False when
+// turns run out.
+bool GapTurns::putOffFound(const LayeredSort& layered) {
+  const auto& triangles = gaps_.tree().triangles();
+  raised_.clear();
+  const auto put = [&](mesh::Id cell, Turn least) {
+    if (turn_[cell] >= least) return;
+    turn_[cell] = least;
+    raised_.push_back(cell);
+  };
+  for (const auto& found : found_) {
+    for (const auto& [exit, entry] : found) {
+      const Turn turn = turn_[triangles[entry].cell];
+      if (turn + 1 >= ExteriorTree::never) return false;
+      ++put_off_;
+      put(triangles[exit].cell, static_cast<Turn>(turn + 1));
+    }
+  }
+  for (std::size_t i = 0; i < raised_.size(); ++i) {  // grows on the way
+    const Turn turn = turn_[raised_[i]];
+    layered.forEachAfter(raised_[i], [&](mesh::Id next) { put(next, turn); });
+  }
+  std::sort(raised_.begin(), raised_.end());
+  raised_.erase(std::unique(raised_.begin(), raised_.end()), raised_.end());
+  open_.clear();
+  for (const mesh::Id cell : raised_) {
+    for (const std::uint32_t t : gaps_.trianglesOf(cell)) {
+      if (open(t)) open_.push_back(t);
+    }
+  }
+  return true;
+}
+
+bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered) {
+  const auto& triangles = gaps_.tree().triangles();
+  searched_ = put_off_ = 0;
+  gaps_.tree().setTurns(
+      [&](std::uint32_t t) { return gaps_.sign(t) < 0 ? turn_[triangles[t].cell] : ExteriorTree::never; });
+  searchAll(viewpoint);
+  for (int round = 0; round < most_rounds; ++round) {
+    addAbutting(viewpoint);
+    const bool any = std::any_of(found_.begin(), found_.end(), [](const auto& found) { return !found.empty(); });
+    if (!any) return true;
+    if (!putOffFound(layered)) return false;
+    searchOpen(viewpoint);
+  }
+  return false;
+}
+
+std::size_t GapTurns::bytes() const {
+  std::size_t bytes = 2 * (guess_.capacity() + turn_.capacity()) + 4 * (open_.capacity() + raised_.capacity()) +
+                      searches_.capacity() * sizeof(std::size_t);
+  for (const auto& found : found_)
+    bytes += found.capacity() * sizeof(Pair);
+  return bytes;
+}
+
+}  // namespace spillikin::sort

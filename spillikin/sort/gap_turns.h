@@ -1,0 +1,86 @@
+// Turns that are right across empty space: those that a first guess gave are proven or put off.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "spillikin/sort/gap_edges.h"
+#include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/turns.h"
+
+namespace spillikin::sort {
+
+// Instead of finding every pair of cells that lie behind one another across empty space, as GapEdges does, a guess is
+// proven. It gives every exit (an exterior triangle turned away from the viewpoint) and every entry (turned towards it)
+// a turn, such that an exit that lies before an entry on some ray has no earlier turn. A cell takes the turn of its
+// exits and of all cells behind it (LayeredSort). Then:
+//
+// 1. An entry whose cell has an earlier turn than the entry itself comes before every exit in front of it: nothing is
+//    to be done. These are nearly all.
+// 2. For any other the tree of boxes is searched for exits in front of it, but only for those whose cells do not come
+//    later than its own. What the exact test confirms is put off to a later turn, with all cells before it, and the
+//    entries of the cells that were put off are looked at again.
+//
+// When nothing is left to look at, the order by turns, and within one turn by faces, is right. In a cycle turns would
+// grow for ever: after `most_rounds` it gives up.
+//
+// Cost of a view: linear in the exterior triangles, and the searches, on all cores; what is put off, serial.
+class GapTurns {
+ public:
+  static constexpr int most_rounds = 64;
+
+  GapTurns(const mesh::Mesh& mesh, GapEdges& gaps);
+
+  // The first turn of every cell. `guess(t, sign)` is that of exterior triangle t, whose nonzero sign is given: of an
+  // exit at least that of any entry behind it, below ExteriorTree::never / 2.
+  template <class Guess>
+  void begin(const Guess& guess) {
+    clear();
+    const auto& triangles = gaps_.tree().triangles();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, triangles.size(), 1024),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (auto t = static_cast<std::uint32_t>(range.begin()); t < range.end(); ++t) {
+                          const int s = gaps_.sign(t);
+                          guess_[t] = s == 0 ? ExteriorTree::never : guess(t, s);
+                          if (s < 0) raise(turn_[triangles[t].cell], guess_[t]);
+                        }
+                      });
+  }
+  // For the queue, which passes turns on; then for the sort by turns.
+  Turn* data() { return turn_.data(); }
+  const std::vector<Turn>& turns() const { return turn_; }
+
+  // After the queue has listed all cells: makes the turns right. False when it gave up.
+  bool settle(const Viewpoint& viewpoint, const LayeredSort& layered);
+
+  std::size_t searched() const { return searched_; }  // entries, in the last view
+  std::size_t putOff() const { return put_off_; }     // pairs that were in the wrong order, in the last view
+  std::size_t bytes() const;
+
+ private:
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;  // exit, entry: triangles
+
+  void clear();
+  bool open(std::uint32_t entry) const;
+  void search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
+              std::vector<Pair>& found) const;
+  void searchAll(const Viewpoint& viewpoint);
+  void searchOpen(const Viewpoint& viewpoint);
+  bool putOffFound(const LayeredSort& layered);
+  void addAbutting(const Viewpoint& viewpoint);
+
+  const mesh::Mesh& mesh_;
+  GapEdges& gaps_;
+  std::vector<Turn> guess_;  // per exterior triangle
+  std::vector<Turn> turn_;   // per cell
+  std::vector<std::vector<Pair>> found_;
+  std::vector<std::size_t> searches_;  // per block of triangles
+  std::vector<std::uint32_t> open_;    // entries to look at again
+  std::vector<mesh::Id> raised_;       // cells put off in a round
+  std::size_t searched_ = 0, put_off_ = 0;
+};
+
+}  // namespace spillikin::sort
