@@ -26,6 +26,7 @@
 #include "spillikin/mesh/field.h"
 #include "spillikin/reference/rays.h"
 #include "spillikin/reference/reference.h"
+#include "spillikin/sort/bsp_xmpvo.h"
 #include "spillikin/sort/checker.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/xmpvo.h"
@@ -249,6 +250,9 @@ bool runMesh(const std::string& name, const Wish& wish) {
     fmt::print(", cycles {}, cuts {}", c.cycles, c.cut);
     if (const auto* x = dynamic_cast<const sort::Xmpvo*>(c.sorter.get()))
       fmt::print(", searched {}, put off {}", x->turns().searched(), x->turns().putOff());
+    if (const auto* b = dynamic_cast<const sort::BspXmpvo*>(c.sorter.get()))
+      fmt::print(", {} nodes, {} fragments, searched {}, put off {}", b->tree().nodes(), b->tree().fragments(),
+                 b->turns().searched(), b->turns().putOff());
     fmt::print("\n");
     if (!c.worst.empty()) fmt::print("    EXACT BUT WRONG in {} views; {}\n", c.wrong_exact, c.worst);
     right = right && c.wrong_exact == 0;

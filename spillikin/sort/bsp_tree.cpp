@@ -24,7 +24,6 @@ double dot(const Vec3& a, const Vec3& b) {
 
 BspTree::BspTree(const ExteriorTree& exterior) : exterior_(exterior) {
   const std::size_t count = exterior.triangles().size();
-  count_.assign(count, 0);
   std::vector<Fragment> all;
   Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -45,16 +44,29 @@ BspTree::BspTree(const ExteriorTree& exterior) : exterior_(exterior) {
     tasks.pop_back();
     const auto index = static_cast<std::uint32_t>(nodes_.size());
     if (task.parent != nothing) (task.above ? nodes_[task.parent].above : nodes_[task.parent].below) = index;
-    Node node = choose(task.set);
-    node.first = static_cast<std::uint32_t>(fragments_.size());
+    const Node node = choose(task.set);
     Task above{{}, index, true}, below{{}, index, false};
     for (Fragment& fragment : task.set)
-      split(node, std::move(fragment), above.set, below.set);
-    node.last = static_cast<std::uint32_t>(fragments_.size());
+      split(node, index, std::move(fragment), above.set, below.set);
     nodes_.push_back(node);
     if (!above.set.empty()) tasks.push_back(std::move(above));
     if (!below.set.empty()) tasks.push_back(std::move(below));
   }
+  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children come after their parents
+    for (const std::uint32_t child : {nodes_[i].above, nodes_[i].below})
+      nodes_[i].size += child == nothing ? 0 : nodes_[child].size;
+  }
+  place_.resize(nodes_.size());
+  offset_.assign(count + 1, 0);
+  node_of_.resize(placed_.size());
+  for (const auto& [triangle, node] : placed_)
+    ++offset_[triangle + 1];
+  for (std::size_t t = 0; t < count; ++t)
+    offset_[t + 1] += offset_[t];
+  std::vector<std::uint32_t> next(offset_.begin(), offset_.end() - 1);
+  for (const auto& [triangle, node] : placed_)
+    node_of_[next[triangle]++] = node;
+  placed_ = {};
 }
 
 BspTree::Node BspTree::choose(const std::vector<Fragment>& set) const {
@@ -137,7 +149,8 @@ double BspTree::height(const Node& node, const Vec3& p) const {
   return dot(n, p - t[0]) / std::sqrt(dot(n, n));
 }
 
-void BspTree::split(const Node& node, Fragment&& fragment, std::vector<Fragment>& above, std::vector<Fragment>& below) {
+void BspTree::split(const Node& node, std::uint32_t index, Fragment&& fragment, std::vector<Fragment>& above,
+                    std::vector<Fragment>& below) {
   const Triangle t = exterior_.corners(fragment.triangle);
   bool up = false, down = false;
   if (fragment.polygon.empty()) {
@@ -156,8 +169,7 @@ void BspTree::split(const Node& node, Fragment&& fragment, std::vector<Fragment>
     }
   }
   if (!up && !down) {
-    ++count_[fragment.triangle];
-    fragments_.push_back(fragment.triangle);
+    placed_.emplace_back(fragment.triangle, index);
     return;
   }
   if (!up || !down) {
@@ -180,7 +192,7 @@ void BspTree::split(const Node& node, Fragment&& fragment, std::vector<Fragment>
 }
 
 std::size_t BspTree::bytes() const {
-  return nodes_.capacity() * sizeof(Node) + 4 * (fragments_.capacity() + count_.capacity());
+  return nodes_.capacity() * sizeof(Node) + 4 * (place_.capacity() + offset_.capacity() + node_of_.capacity());
 }
 
 }  // namespace spillikin::sort

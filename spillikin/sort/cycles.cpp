@@ -38,4 +38,15 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
   return right;
 }
 
+void orderByEdges(const mesh::Mesh& mesh, const FaceSigns& signs, LayeredSort& layered, GapEdges& finder,
+                  const Viewpoint& viewpoint, ExtraEdges& edges, Order& order) {
+  order.cuts.clear();
+  order.cycles.clear();
+  finder(viewpoint, edges);
+  order.exact = true;
+  if (layered(signs, order, &edges) == mesh.cell_count()) return;
+  const Gaps gaps{finder, edges};
+  order.exact = appendLeft(mesh, signs, layered, &gaps, viewpoint, order);
+}
+
 }  // namespace spillikin::sort

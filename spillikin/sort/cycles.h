@@ -12,4 +12,9 @@ namespace spillikin::sort {
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
                 const Viewpoint& viewpoint, Order& order);
 
+// The whole order by faces and by all edges across gaps (left in `edges`), with its layers; cycles are cut. Reads the
+// signs of the viewpoint and overwrites the order. Sets order.exact.
+void orderByEdges(const mesh::Mesh& mesh, const FaceSigns& signs, LayeredSort& layered, GapEdges& finder,
+                  const Viewpoint& viewpoint, ExtraEdges& edges, Order& order);
+
 }  // namespace spillikin::sort

@@ -28,23 +28,11 @@ void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
     return sign < 0 ? bands.latest(corners) : bands.earliest(corners);
   });
   if (layered_(signs_, order, nullptr, turns_.data()) < mesh_.cell_count() || !turns_.settle(viewpoint, layered_)) {
-    byEdges(viewpoint, order);
+    orderByEdges(mesh_, signs_, layered_, gaps_, viewpoint, extra_, order);
     return;
   }
   by_turn_(turns_.turns(), order.cells);
   order.layer_offset.clear();
-}
-
-void Xmpvo::byEdges(const Viewpoint& viewpoint, Order& order) {
-  order.cuts.clear();
-  order.cycles.clear();
-  order.exact = true;
-  signs_(viewpoint);
-  gaps_(viewpoint, extra_);
-  const std::size_t listed = layered_(signs_, order, &extra_);
-  if (listed == mesh_.cell_count()) return;
-  const Gaps gaps{gaps_, extra_};
-  order.exact = appendLeft(mesh_, signs_, layered_, &gaps, viewpoint, order);
 }
 
 std::string Xmpvo::why() const {

@@ -28,9 +28,6 @@ class Xmpvo final : public Sorter {
   bool exact() const override { return true; }
   std::size_t bytes() const override;
 
-  // The order by all edges, with its layers: the slow way, also for acyclic views.
-  void byEdges(const Viewpoint& viewpoint, Order& order);
-
   const GapTurns& turns() const { return turns_; }
   std::size_t addedEdges() const { return extra_.successor.size(); }  // in the last view that needed them
 
