@@ -3,6 +3,8 @@
 
 #include <oneapi/tbb/global_control.h>
 
+#include <random>
+
 #include "spillikin/base/error.h"
 #include "spillikin/composite/backends.h"
 #include "spillikin/composite/native_kernel.h"
@@ -32,6 +34,28 @@ TEST(CompositeNative, DelaunayCubeInPerspective) {
     SCOPED_TRACE(look);
     const Subject s(delaunayCube(150, 7), "", look, 6.0);
     expectExact(s, viewOf(s, {1.0, 0.6, 0.8}, 70, 51));
+  }
+}
+
+// One ramp of extinction under colours that bend wildly, from thin to dense: cells are not cut at the bends.
+TEST(CompositeNative, ColoursThatBendWhereExtinctionRunsStraight) {
+  std::mt19937 random(20);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same colours each time
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (const double extinction : {0.3, 3.0, 30.0}) {
+    for (const int points : {3, 9, 40}) {
+      SCOPED_TRACE(testing::Message() << extinction << ", " << points << " colours");
+      Subject s(delaunayCube(150, 7), "", "viridis", 1.0);
+      std::vector<integrate::ControlPoint> look;
+      for (int k = 0; k < points; ++k) {
+        const double v = static_cast<double>(k) / (points - 1);
+        look.push_back({s.field.lo + v * (s.field.hi - s.field.lo),
+                        {uniform(random), uniform(random), uniform(random)},
+                        extinction * (0.1 + v)});
+      }
+      s.tf = integrate::TransferFunction(look);
+      expectExact(s, viewOf(s, {1.0, 0.6, 0.8}, 35, 26));
+      expectExact(s, viewOf(s, {1.0, 0.6, 0.8}, 35, 26), sort::Algorithm::centroid);
+    }
   }
 }
 

@@ -122,6 +122,45 @@ TEST(Session, AStepThatTurnsACellInsideOutIsBuiltAgain) {
   EXPECT_EQ(session.buildReport().inverted, session.mesh().cell_count());
 }
 
+float largestDifference(const Image& a, const Image& b) {
+  float worst = a.rgba.size() == b.rgba.size() ? 0.0F : 1.0F;
+  for (std::size_t i = 0; i < std::min(a.rgba.size(), b.rgba.size()); ++i)
+    worst = std::max(worst, std::abs(a.rgba[i] - b.rgba[i]));
+  return worst;
+}
+
+TEST(Session, AcrossGapsAQuickOrderBehindTheCertificateDrawsWhatAnExactOrderDraws) {
+  for (const mesh::Source& source : {tests::shell(6), tests::interlockedTori(3)}) {
+    render::Session automatic(source);
+    render::Session exact(source, {.sort = sort::Algorithm::xmpvo});
+    View view = automatic.defaultView(96, 96);
+    for (int k = 0; k < 6; ++k) {
+      render::turnView(view, {57.0, 11.0, 1.0});
+      automatic.setView(view);
+      exact.setView(view);
+      EXPECT_LE(largestDifference(automatic.draw(), exact.draw()), 1e-5F);
+      EXPECT_EQ(exact.stats().sort.road, "order");
+      EXPECT_EQ(automatic.stats().certificate.unresolved, 0U);
+    }
+    EXPECT_EQ(automatic.stats().sort.road, "certificate");
+    EXPECT_EQ(automatic.stats().sort.algorithm, "mpvonc");
+    EXPECT_TRUE(automatic.order().exact) << "who asks for the order gets one that is proven";
+  }
+}
+
+TEST(Session, WhereTheCertificateIsTooCoarseTheOrderMustBeExact) {
+  render::Session session(tests::interlockedTori(3));
+  session.setView(session.defaultView(48, 48));
+  session.setTransferFunction(session.transferFunction().scaled(1e4));
+  session.draw();
+  EXPECT_EQ(session.stats().sort.road, "order");
+  EXPECT_TRUE(session.stats().sort.exact);
+  render::Session convex(tests::tetrahedronGrid(3));
+  convex.setView(convex.defaultView(48, 48));
+  convex.draw();
+  EXPECT_EQ(convex.stats().sort.road, "order");
+}
+
 TEST(Session, AnotherTopologyIsBuiltAgain) {
   render::Session session(tests::tetrahedronGrid(2));
   session.setSource(tests::tetrahedronGrid(3));

@@ -52,6 +52,9 @@ class Compositor {
   // `image` takes the camera's size. Throws Error when the device cannot hold the image.
   virtual FrameStats draw(const Frame& frame, Image& image) = 0;
   virtual Backend backend() const = 0;
+  // Whether every pixel is certified and, where the order was wrong on it, sorted again: then any order gives the right
+  // picture. Fragments shorter than this share of the mesh's depth escape that, 0 for a backend without a certificate.
+  virtual double certificateGrain() const { return 0.0; }
 };
 
 // Throws Error when the backend is not available here, with the reason.

@@ -32,6 +32,8 @@ class Native final : public Compositor {
  public:
   FrameStats draw(const Frame& frame, Image& image) override;
   Backend backend() const override { return Backend::native; }
+  // The tolerance is a share of the range of nearness, at the far end of which a depth is up to four times as long.
+  double certificateGrain() const override { return 4.0 * overlap_tolerance * double{solid_share}; }
 
  private:
   void drawRegion(const Box& region, Image& image, FrameStats& stats);

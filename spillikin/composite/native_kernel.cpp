@@ -12,6 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "spillikin/composite/native_canvas-inl.h"
 #include "spillikin/composite/native_centres.h"
 #include "spillikin/composite/native_setup-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
@@ -150,13 +151,6 @@ class Certificate {
   VF at_, slope_, solid_at_, solid_slope_;
 };
 
-HWY_INLINE VF centresX(std::size_t first) {
-  return hn::Load(DF(), centres.x[first / block_pixels % block_columns] + first % block_pixels);
-}
-HWY_INLINE VF centresY(std::size_t first) {
-  return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
-}
-
 template <bool Parallel, Care care>
 HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
                                    std::size_t count, Pixels& pixels) {
@@ -202,6 +196,15 @@ std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const
     switch (batch.care[i]) {
       case Care::none:
         fragments += shadeCell<Parallel, Care::none>(view, batch, i, covered, n, pixels);
+        break;
+      case Care::bend:
+        fragments += shadeCell<Parallel, Care::bend>(view, batch, i, covered, n, pixels);
+        break;
+      case Care::bends:
+        fragments += shadeCell<Parallel, Care::bends>(view, batch, i, covered, n, pixels);
+        break;
+      case Care::long_bends:
+        fragments += shadeCell<Parallel, Care::long_bends>(view, batch, i, covered, n, pixels);
         break;
       case Care::cut:
         fragments += shadeCell<Parallel, Care::cut>(view, batch, i, covered, n, pixels);
@@ -343,6 +346,12 @@ std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pi
   switch (cell.care) {
     case Care::none:
       return shadeWhole<Parallel, Clipped, Care::none>(view, cell, pixels, scratch);
+    case Care::bend:
+      return shadeWhole<Parallel, Clipped, Care::bend>(view, cell, pixels, scratch);
+    case Care::bends:
+      return shadeWhole<Parallel, Clipped, Care::bends>(view, cell, pixels, scratch);
+    case Care::long_bends:
+      return shadeWhole<Parallel, Clipped, Care::long_bends>(view, cell, pixels, scratch);
     case Care::cut:
       return shadeWhole<Parallel, Clipped, Care::cut>(view, cell, pixels, scratch);
     case Care::cuts:
@@ -438,6 +447,12 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
   switch (batch.care[i]) {
     case Care::none:
       return collectCell<Parallel, Care::none>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::bend:
+      return collectCell<Parallel, Care::bend>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::bends:
+      return collectCell<Parallel, Care::bends>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Care::long_bends:
+      return collectCell<Parallel, Care::long_bends>(view, batch, i, n, wanted, pixels, scratch, out);
     case Care::cut:
       return collectCell<Parallel, Care::cut>(view, batch, i, n, wanted, pixels, scratch, out);
     case Care::cuts:
@@ -532,11 +547,21 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace spillikin::composite::native {
 
+HWY_EXPORT(clear);
+HWY_EXPORT(store);
 HWY_EXPORT(paint);
 HWY_EXPORT(boxes);
 HWY_EXPORT(whole);
 HWY_EXPORT(collect);
 HWY_EXPORT(findOpaque);
+
+void clearPixels(const TileView& view, Pixels& pixels) {
+  HWY_DYNAMIC_DISPATCH(clear)(view, pixels);
+}
+
+void storePixels(const Pixels& pixels, int width, int height, float* out, std::size_t stride) {
+  HWY_DYNAMIC_DISPATCH(store)(pixels, width, height, out, stride);
+}
 
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,
                             KernelScratch& scratch) {

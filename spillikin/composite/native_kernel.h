@@ -43,6 +43,12 @@ struct TileView {
   bool trusted = false;  // the order is exact: what lies behind an opaque pixel needs no look
 };
 
+// Clears the pixels of a tile and sets the lengths of their rays; the clip planes' limits are left as they are.
+void clearPixels(const TileView& view, Pixels& pixels);
+
+// Writes the tile's pixels as premultiplied RGBA: rows of `width` pixels, `stride` floats apart.
+void storePixels(const Pixels& pixels, int width, int height, float* out, std::size_t stride);
+
 // Composites the tetrahedra, nearest first; none of the entries is a cut. Returns the fragments drawn. Stops early
 // where every pixel is opaque and the order is trusted.
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,

@@ -71,6 +71,38 @@ void Screen::setScale(const Frame& frame) {
     piece.end = k < points.size() ? static_cast<float>(scaled(points[k].value)) : std::numeric_limits<float>::max();
     if (k < points.size()) breaks_.push_back(points[k].value);
   }
+  setKinks(points);
+}
+
+// Joint k lies between pieces k and k + 1, at points[k].
+void Screen::setKinks(const std::vector<integrate::ControlPoint>& points) {
+  constexpr double straight = 1e-7;  // of the largest extinction over the frame's scale: float's own rounding
+  double most = 0.0;
+  for (const integrate::ControlPoint& p : points)
+    most = std::max(most, p.extinction);
+  const auto slope = [&](std::size_t piece, double at, double next) {
+    return (next - at) / (scaled(points[piece].value) - scaled(points[piece - 1].value));
+  };
+  const auto wide = [&](std::size_t piece) {  // neither a jump nor one of the two ends
+    return piece > 0 && piece < points.size() && scaled(points[piece].value) > scaled(points[piece - 1].value);
+  };
+  for (std::size_t k = pieces_.size(); k-- > 0;) {
+    pieces_[k].reach = static_cast<std::int32_t>(k);
+    if (!wide(k) || !wide(k + 1)) continue;
+    const double before = slope(k, points[k - 1].extinction, points[k].extinction);
+    const double after = slope(k + 1, points[k].extinction, points[k + 1].extinction);
+    if (std::abs(after - before) <= straight * most) pieces_[k].reach = pieces_[k + 1].reach;
+  }
+  for (std::size_t k = 0; k + 1 < pieces_.size(); ++k) {
+    Piece& piece = pieces_[k];
+    Piece& next = pieces_[k + 1];
+    float bend = 0.0F;
+    for (std::size_t c = 0; c < 3; ++c) {
+      piece.kink[c] = next.color_slope[c] - piece.color_slope[c];
+      bend = std::max(bend, std::abs(piece.kink[c]));
+    }
+    next.bent = piece.bent + (piece.reach > static_cast<std::int32_t>(k) ? bend : 0.0F);
+  }
 }
 
 void Screen::setValues(const Frame& frame) {

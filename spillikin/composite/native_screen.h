@@ -33,6 +33,11 @@ struct Piece {
   float extinction = 0.0F, extinction_slope = 0.0F;
   std::array<float, 3> color{}, color_slope{};
   float end = 0.0F;  // where the next piece begins; huge for the last
+  // Where the colour bends into the next piece but extinction runs straight on: by how much the colour's slope grows,
+  // the last piece up to which that is so at every joint, and the sum of all bends before this piece.
+  std::array<float, 3> kink{};
+  std::int32_t reach = 0;
+  float bent = 0.0F;
 };
 
 // Nearness z is what fragments are compared by, larger is nearer: 1 / depth - z0 in perspective, z0 - depth in a
@@ -79,6 +84,7 @@ class Screen {
 
  private:
   void setScale(const Frame& frame);
+  void setKinks(const std::vector<integrate::ControlPoint>& points);
   void setValues(const Frame& frame);
   void setVertices(const Frame& frame);
   void setClips(const Frame& frame);

@@ -96,39 +96,130 @@ class Rays {
 template <Care care>
 class Shader;
 
-// A thin fragment in one piece of the transfer function: a short series for the integral.
-template <>
-class Shader<Care::none> {
+// What a bend of the colour at b adds to a fragment: the ramp max(s - b, 0), weighted with the light that comes from
+// each of its points. With v the share of the fragment above b, the ramp's mean is v times that over the share, its
+// part in the skew that a scalar linear along the fragment has is v^2 (3 - 2 v), and its second Legendre coefficient is
+// half of the scalar's change times v^2 (1 - v)^2; that of the light is alpha (m^2 - 3 d) / 60.
+struct Ramps {
+  VF lo, hi;
+  VF half, per_change, opacity, tilt;
+  HWY_INLINE Ramps(const Segment& s, VF alpha, VF skew) : opacity(alpha), tilt(skew) {
+    const DF d;
+    // One along which the scalar stays the same counts as one that changes by this much.
+    half = hn::Max(hn::Abs(s.half), hn::Set(d, 1.25e-7F));
+    lo = hn::Sub(s.mean, half);
+    hi = hn::Add(s.mean, half);
+    per_change = reciprocal(hn::Max(hn::Sub(hi, lo), hn::Set(d, 6e-8F)));
+  }
+  HWY_INLINE VF bow(VF a, VF depth, VF growth) const {
+    const DF d;
+    return hn::Mul(hn::Mul(hn::Mul(a, half), hn::Set(d, 1.0F / 12)),
+                   hn::NegMulAdd(hn::Set(d, 3.0F), growth, hn::Mul(depth, depth)));
+  }
+  template <bool bowed>
+  HWY_INLINE VF weight(VF at, VF bow) const {
+    const DF d;
+    const VF from = hn::Max(lo, hn::Min(hi, at));
+    const VF share = hn::Mul(hn::Sub(hi, from), per_change);
+    const VF mean = hn::Mul(share, hn::MulAdd(hn::Set(d, 0.5F), hn::Add(hi, from), hn::Neg(at)));
+    const VF lean = hn::Mul(hn::Mul(share, share), hn::NegMulAdd(hn::Set(d, 2.0F), share, hn::Set(d, 3.0F)));
+    const VF w = hn::MulAdd(mean, opacity, hn::Mul(tilt, lean));
+    if constexpr (!bowed) return w;
+    const VF even = hn::NegMulAdd(share, share, share);
+    return hn::MulAdd(bow, hn::Mul(even, even), w);
+  }
+};
+
+// A fragment along which extinction is linear in the scalar, and colour too, but for bends: `joints` of them, or any
+// number where that is negative.
+template <class Series, int joints>
+class StraightShader {
  public:
-  explicit HWY_INLINE Shader(const Look& look)
-      : piece_(look.pieces[look.first]), anchor_(look.pieces[look.first].anchor) {}
+  explicit HWY_INLINE StraightShader(const Look& look)
+      : low_(look.pieces + look.first),
+        line_(*low_),
+        anchor_(low_->anchor),
+        count_(joints >= 0 ? joints : look.last - look.first) {}
   // What scalars are to be given relative to.
   float anchor() const { return anchor_; }
 
   HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
     const DF d;
-    const VF depth = hn::Mul(s.length, hn::MulAdd(piece_.extinction_slope, s.mean, piece_.extinction));
+    const VF depth = hn::Mul(s.length, hn::MulAdd(line_.extinction_slope, s.mean, line_.extinction));
     const VF growth = hn::Mul(hn::Mul(s.length, twice_slope_), s.half);
-    const VF alpha = ThinSeries::alpha(depth);
-    const VF tint = hn::MulAdd(s.mean, alpha, hn::Mul(s.half, ThinSeries::skew(depth, depth, growth, depth)));
-
+    const VF alpha = Series::alpha(depth);
+    const VF skew = hn::Mul(s.half, Series::skew(depth, depth, growth, hn::Set(d, 1.0F)));
     const VF light = hn::Load(d, pixels.light.data() + first);
     const VF a = hn::Mul(light, alpha);
-    const VF t = hn::Mul(light, tint);
-    const auto add = [&](auto& channel, VF base, VF slope) HWY_ATTR {
-      float* p = channel.data() + first;
-      hn::Store(hn::MulAdd(base, a, hn::MulAdd(slope, t, hn::Load(d, p))), d, p);
-    };
-    add(pixels.red, piece_.red, piece_.red_slope);
-    add(pixels.green, piece_.green, piece_.green_slope);
-    add(pixels.blue, piece_.blue, piece_.blue_slope);
+    const VF tilt = hn::Mul(light, skew);
     hn::Store(hn::Sub(light, a), d, pixels.light.data() + first);
+    const auto load = [&](const auto& channel) HWY_ATTR { return hn::Load(d, channel.data() + first); };
+    VF red = load(pixels.red), green = load(pixels.green), blue = load(pixels.blue);
+    const auto addLine = [&](const PieceV& piece, VF mean) HWY_ATTR {
+      const VF tint = hn::MulAdd(mean, a, tilt);
+      red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, tint, red));
+      green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, tint, green));
+      blue = hn::MulAdd(piece.blue, a, hn::MulAdd(piece.blue_slope, tint, blue));
+    };
+    if constexpr (joints == 0) {
+      addLine(line_, s.mean);
+    } else {
+      const Ramps ramps(s, a, tilt);
+      std::int32_t k = 0;
+      if constexpr (joints < 0) {
+        // From the piece of the lowest lane on.
+        while (k < count_ && hn::AllTrue(d, hn::Ge(ramps.lo, hn::Set(d, low_[k].end - anchor_))))
+          ++k;
+        addLine(PieceV(low_[k]), hn::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
+      } else {
+        addLine(line_, s.mean);
+      }
+      const VF bow = joints < 0 ? ramps.bow(a, depth, growth) : hn::Zero(d);
+      for (; k < count_; ++k) {
+        const Piece& p = low_[k];
+        const VF at = hn::Set(d, p.end - anchor_);
+        if (joints < 0 && hn::AllTrue(d, hn::Le(ramps.hi, at))) break;
+        const VF weight = ramps.template weight<(joints < 0)>(at, bow);
+        red = hn::MulAdd(hn::Set(d, p.kink[0]), weight, red);
+        green = hn::MulAdd(hn::Set(d, p.kink[1]), weight, green);
+        blue = hn::MulAdd(hn::Set(d, p.kink[2]), weight, blue);
+      }
+    }
+    hn::Store(red, d, pixels.red.data() + first);
+    hn::Store(green, d, pixels.green.data() + first);
+    hn::Store(blue, d, pixels.blue.data() + first);
   }
 
  private:
-  PieceV piece_;
-  VF twice_slope_ = hn::Add(piece_.extinction_slope, piece_.extinction_slope);
+  const Piece* low_;
+  PieceV line_;
+  VF twice_slope_ = hn::Add(line_.extinction_slope, line_.extinction_slope);
   float anchor_;
+  std::int32_t count_;
+};
+
+template <>
+class Shader<Care::none> : public StraightShader<ThinSeries, 0> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
+};
+
+template <>
+class Shader<Care::bend> : public StraightShader<ThinSeries, 1> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
+};
+
+template <>
+class Shader<Care::bends> : public StraightShader<ThinSeries, -1> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
+};
+
+template <>
+class Shader<Care::long_bends> : public StraightShader<DeepSeries, -1> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };
 
 // A segment from its low end to its high one, whichever way the ray runs.

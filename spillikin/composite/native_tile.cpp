@@ -1,6 +1,7 @@
 #include "spillikin/composite/native_tile.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -25,30 +26,22 @@ TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entrie
   window_ = window;
   stats_ = {};
   begin(screen, window);
-  setView();
   composite(entries);
   resolve(entries);
   write(image);
   return stats_;
 }
 
+// The longest ray is one of a corner: the length of a direction is convex over the tile.
 void TilePainter::begin(const Screen& screen, const Box& window) {
-  pixels_.red.fill(0.0F);
-  pixels_.green.fill(0.0F);
-  pixels_.blue.fill(0.0F);
-  pixels_.light.fill(1.0F);
-  pixels_.last.fill(std::numeric_limits<float>::infinity());
-  pixels_.flagged.fill(0);
-  pixels_.live.fill(1);
   const project::Camera& camera = screen.frame().camera;
   view_.longest = 0.0F;
-  for (int y = 0; y < tile_size; ++y) {
-    for (int x = 0; x < tile_size; ++x) {
-      const auto length = static_cast<float>(glm::length(camera.direction(window.x0 + x + 0.5, window.y0 + y + 0.5)));
-      pixels_.length[pixelIndex(x, y)] = length;
-      view_.longest = std::max(view_.longest, length);
-    }
+  for (const int x : {window.x0, window.x0 + tile_size}) {
+    for (const int y : {window.y0, window.y0 + tile_size})
+      view_.longest = std::max(view_.longest, static_cast<float>(glm::length(camera.direction(x, y))));
   }
+  setView();
+  clearPixels(view_, pixels_);
   setClips();
 }
 
@@ -191,9 +184,10 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
 // All fragments of the flagged pixels once more, put in the order of their depth.
 void TilePainter::resolve(std::span<const Entry> entries) {
   flagged_.clear();
-  for (std::size_t i = 0; i < tile_pixels; ++i) {
-    if ((pixels_.flagged[i / block_pixels] >> (i % block_pixels) & 1) != 0) {
-      flagged_.push_back(static_cast<std::uint16_t>(i));
+  for (std::size_t block = 0; block < tile_blocks; ++block) {
+    for (unsigned bits = pixels_.flagged[block]; bits != 0; bits &= bits - 1) {
+      flagged_.push_back(
+          static_cast<std::uint16_t>(block * block_pixels + static_cast<unsigned>(std::countr_zero(bits))));
     }
   }
   stats_.flagged += flagged_.size();
@@ -297,16 +291,8 @@ void TilePainter::compositeSorted(std::span<Fragment> fragments) {
 }
 
 void TilePainter::write(Image& image) const {
-  for (int y = window_.y0; y < window_.y1; ++y) {
-    float* out = image.pixel(window_.x0, y);
-    for (int x = window_.x0; x < window_.x1; ++x, out += 4) {
-      const std::size_t i = pixelIndex(x - window_.x0, y - window_.y0);
-      out[0] = pixels_.red[i];
-      out[1] = pixels_.green[i];
-      out[2] = pixels_.blue[i];
-      out[3] = 1.0F - pixels_.light[i];
-    }
-  }
+  storePixels(pixels_, view_.width, view_.height, image.pixel(window_.x0, window_.y0),
+              4 * static_cast<std::size_t>(image.width));
 }
 
 }  // namespace spillikin::composite::native

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
+#include "spillikin/sort/convexity.h"
 
 namespace spillikin::render {
 
@@ -63,6 +65,14 @@ int ThreadLimit::current() {
   return std::min(static_cast<int>(allowed), tbb::info::default_concurrency());
 }
 
+// A sorter and its order of the current view.
+struct Sorted {
+  std::unique_ptr<sort::Sorter> sorter;
+  sort::Order order;
+  bool ordered = false;
+  double seconds = 0.0, prepare_seconds = 0.0;
+};
+
 struct Session::Impl {
   Engine engine;
   Clock clock;
@@ -75,12 +85,15 @@ struct Session::Impl {
   mesh::Mesh mesh;
   std::uint64_t topology = 0;
   std::optional<mesh::Tetrahedralization> tets;
-  std::unique_ptr<sort::Sorter> sorter;
+  Sorted asked;  // by the algorithm of the engine
+  Sorted quick;  // behind a certificate
+  bool gaps_known = false;
+  bool gaps = false;     // the mesh is not convex
+  double extent = 0.0;   // of the mesh, its diagonal
+  bool crowded = false;  // too many pixels had to be sorted again
   // Tier (c).
   View view;
   std::optional<project::Camera> camera;
-  sort::Order order;
-  bool ordered = false;
   // Tier (d).
   mesh::Field field;
   std::optional<mesh::Field> tet_field;
@@ -94,7 +107,9 @@ struct Session::Impl {
   const mesh::Field& drawnField();
   void build();
   void newGeometry();
-  void sort();
+  void chooseCompositor();
+  bool certificateWillDo();
+  Sorted& sort(bool behind_certificate);
   void warn(std::string line);
 };
 
@@ -131,8 +146,9 @@ void Session::Impl::newGeometry() {
   source.offsets = {};
   tets.reset();
   tet_field.reset();
-  sorter.reset();
-  ordered = false;
+  asked = {};
+  quick = {};
+  gaps_known = crowded = false;
   drew_mesh = drew_field = false;
 }
 
@@ -157,23 +173,60 @@ const mesh::Field& Session::Impl::drawnField() {
   return *tet_field;
 }
 
-void Session::Impl::sort() {
-  if (!sorter) {
-    const Clock timer;
-    sorter = sort::makeSorter(engine.sort, drawnMesh());
-    stats.sort.prepare_seconds = timer.seconds();
-    stats.bytes_per_cell += static_cast<double>(sorter->bytes()) / static_cast<double>(mesh.cell_count());
+void Session::Impl::chooseCompositor() {
+  if (compositor) return;
+  // The native compositor integrates exactly or not at all; the hardware's approximations are OpenGL's.
+  const bool approximate = engine.integration != composite::Integration::exact;
+  const bool choose = engine.backend == composite::Backend::automatic && approximate;
+  compositor = composite::makeCompositor(choose ? composite::Backend::osmesa : engine.backend);
+}
+
+// Whether a quick order and the certificate lead to the same picture as an exact order, and sooner. The exact orders of
+// convex meshes are as quick; across gaps they cost several times as much. A look so dense that a fragment too short
+// for the certificate shows, and a mesh on which the quick order was wrong on many pixels, take the exact order.
+bool Session::Impl::certificateWillDo() {
+  constexpr double hidden_light = 1e-3;  // what one overlooked fragment may absorb: a quarter of a display step
+  const double grain = compositor->certificateGrain();
+  if (engine.sort != sort::Algorithm::automatic || grain <= 0.0 || crowded) return false;
+  double densest = 0.0;
+  for (const integrate::ControlPoint& p : transfer_function.points())
+    densest = std::max(densest, p.extinction);
+  if (!gaps_known) {
+    const Box box = boundingBox(mesh);
+    extent = glm::length(box.upper - box.lower);
+    gaps = !sort::convexity(drawnMesh(), sort::exteriorTriangles(drawnMesh())).convex;
+    gaps_known = true;
   }
-  if (ordered) return;
-  const Clock timer;
-  (*sorter)(viewpoint(view), order);
-  ordered = true;
-  stats.sort.seconds = timer.seconds();
-  stats.sort.algorithm = sort::name(sorter->algorithm());
-  stats.sort.cells_per_second = static_cast<double>(order.cells.size()) / std::max(stats.sort.seconds, 1e-9);
-  stats.sort.cycles = order.cycles.size();
-  stats.sort.exact = order.exact;
-  stats.sort.why = sort::why(*sorter, order);
+  return gaps && densest * extent * grain <= hidden_light;
+}
+
+Sorted& Session::Impl::sort(bool behind_certificate) {
+  Sorted& s = behind_certificate ? quick : asked;
+  if (crowded) quick = {};  // not asked for again until the mesh changes
+  if (!s.sorter) {
+    const Clock timer;
+    s.sorter = sort::makeSorter(behind_certificate ? sort::Algorithm::mpvonc : engine.sort, drawnMesh());
+    s.prepare_seconds = timer.seconds();
+    stats.bytes_per_cell += static_cast<double>(s.sorter->bytes()) / static_cast<double>(mesh.cell_count());
+  }
+  if (!s.ordered) {
+    const Clock timer;
+    (*s.sorter)(viewpoint(view), s.order);
+    s.ordered = true;
+    s.seconds = timer.seconds();
+  }
+  stats.sort.prepare_seconds = s.prepare_seconds;
+  stats.sort.seconds = s.seconds;
+  stats.sort.algorithm = sort::name(s.sorter->algorithm());
+  stats.sort.cells_per_second = static_cast<double>(s.order.cells.size()) / std::max(s.seconds, 1e-9);
+  stats.sort.cycles = s.order.cycles.size();
+  stats.sort.exact = s.order.exact;
+  stats.sort.road = behind_certificate ? "certificate" : "order";
+  stats.sort.why = behind_certificate
+                       ? "the mesh is not convex, and the compositor finds and sorts again every pixel on "
+                         "which this order, quicker than an exact one, is wrong"
+                       : sort::why(*s.sorter, s.order);
+  return s;
 }
 
 Session::Session(mesh::Source source, const Engine& engine) : impl_(std::make_unique<Impl>()) {
@@ -211,7 +264,7 @@ void Session::setSource(mesh::Source source) {
 void Session::setView(const View& view) {
   impl_->camera.emplace(view);
   impl_->view = view;
-  impl_->ordered = false;
+  impl_->asked.ordered = impl_->quick.ordered = false;
 }
 
 void Session::setField(const std::string& name, int component) {
@@ -247,17 +300,14 @@ integrate::TransferFunction Session::defaultTransferFunction() const {
 }
 
 Image Session::draw() {
+  constexpr double crowd = 0.01;  // of the image's pixels: repairing more costs about as much as an exact order
   Impl& s = *impl_;
-  s.sort();
-  if (!s.compositor) {
-    // The native compositor integrates exactly or not at all; the hardware's approximations are OpenGL's.
-    const bool approximate = s.engine.integration != composite::Integration::exact;
-    const bool choose = s.engine.backend == composite::Backend::automatic && approximate;
-    s.compositor = composite::makeCompositor(choose ? composite::Backend::osmesa : s.engine.backend);
-  }
+  s.chooseCompositor();
+  const bool behind_certificate = s.certificateWillDo();
+  const Sorted& sorted = s.sort(behind_certificate);
   Image image;
   const composite::Frame frame{s.drawnMesh(), s.drawnField(), s.transfer_function,
-                               *s.camera,     s.order,        s.engine.integration,
+                               *s.camera,     sorted.order,   s.engine.integration,
                                s.drew_mesh,   s.drew_field,   s.drew_transfer_function};
   const composite::FrameStats drawn = s.compositor->draw(frame, image);
   s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
@@ -271,8 +321,9 @@ Image Session::draw() {
   s.stats.total_seconds = s.stats.load_seconds + s.clock.seconds();
   s.stats.peak_rss_bytes = peakResidentBytes();
   s.stats.threads = ThreadLimit::current();
+  if (behind_certificate) s.crowded = static_cast<double>(drawn.flagged) > crowd * s.view.width * s.view.height;
   const bool certified = drawn.certified && drawn.unresolved == 0;
-  if (!s.order.exact && !certified) {
+  if (!sorted.order.exact && !certified && !behind_certificate) {
     s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.mesh.name.empty() ? "the mesh" : s.mesh.name,
                        s.stats.sort.why));
   }
@@ -285,8 +336,7 @@ Image Session::draw() {
 }
 
 const sort::Order& Session::order() {
-  impl_->sort();
-  return impl_->order;
+  return impl_->sort(false).order;
 }
 
 const mesh::Source& Session::source() const {

@@ -71,7 +71,8 @@ class Session {
 
   Image draw();
 
-  // The order of the current view, on drawnMesh(). Sorts when needed.
+  // The order of the current view by the engine's sort, on drawnMesh(). Sorts when needed. The picture may have been
+  // made from another one: see Stats::sort.road.
   const sort::Order& order();
 
   const mesh::Source& source() const;  // its connectivity is given up once the mesh is built

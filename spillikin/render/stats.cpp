@@ -18,7 +18,8 @@ std::string toJson(const Stats& s) {
                {"cells_per_second", s.sort.cells_per_second},
                {"cycles", s.sort.cycles},
                {"exact", s.sort.exact},
-               {"why", s.sort.why}};
+               {"why", s.sort.why},
+               {"road", s.sort.road}};
   j["project"] = {{"seconds", s.project.seconds}};
   j["composite"] = {{"backend", s.composite.backend},
                     {"integration", s.composite.integration},

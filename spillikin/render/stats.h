@@ -18,8 +18,9 @@ struct Stats {
     std::string algorithm;
     double seconds = 0.0, prepare_seconds = 0.0, cells_per_second = 0.0;
     std::size_t cycles = 0;
-    bool exact = false;
+    bool exact = false;  // the order is proven
     std::string why;
+    std::string road;  // "order": the picture trusts it; "certificate": it is checked and repaired pixel by pixel
   } sort;
   struct {
     double seconds = 0.0;

@@ -1,0 +1,86 @@
+// A tile before the first cell and after the last: cleared pixels with the lengths of their rays, and the way from a
+// tile's blocks to an image's rows. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_CANVAS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_CANVAS_INL_H
+#undef SPILLIKIN_NATIVE_CANVAS_INL_H
+#else
+#define SPILLIKIN_NATIVE_CANVAS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstring>
+#include <limits>
+
+#include "spillikin/composite/native_centres.h"
+#include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_thin-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+HWY_INLINE VF centresX(std::size_t first) {
+  return hn::Load(DF(), centres.x[first / block_pixels % block_columns] + first % block_pixels);
+}
+HWY_INLINE VF centresY(std::size_t first) {
+  return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
+}
+
+// Directions are linear in the pixel; relative to the tile's corner float keeps their lengths to a unit in the last
+// place or two.
+void clear(const TileView& view, Pixels& pixels) {
+  const DF d;
+  const project::Camera& camera = view.screen->frame().camera;
+  const Vec3 corner = camera.direction(view.x0, view.y0);
+  const auto component = [&](int k, VF x, VF y) HWY_ATTR {
+    const auto set = [&](double v) HWY_ATTR { return hn::Set(d, static_cast<float>(v)); };
+    return hn::MulAdd(set(camera.directionDx()[k]), x, hn::MulAdd(set(camera.directionDy()[k]), y, set(corner[k])));
+  };
+  for (std::size_t i = 0; i < tile_pixels; i += hn::Lanes(d)) {
+    for (auto* channel : {&pixels.red, &pixels.green, &pixels.blue})
+      hn::Store(hn::Zero(d), d, channel->data() + i);
+    hn::Store(hn::Set(d, 1.0F), d, pixels.light.data() + i);
+    hn::Store(hn::Set(d, std::numeric_limits<float>::infinity()), d, pixels.last.data() + i);
+    const VF x = centresX(i), y = centresY(i);
+    const VF u = component(0, x, y), v = component(1, x, y), w = component(2, x, y);
+    hn::Store(hn::Sqrt(hn::MulAdd(u, u, hn::MulAdd(v, v, hn::Mul(w, w)))), d, pixels.length.data() + i);
+  }
+  pixels.flagged.fill(0);
+  pixels.live.fill(1);
+}
+
+void store(const Pixels& pixels, int width, int height, float* out, std::size_t stride) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  alignas(64) float rgba[4 * block_pixels];
+  for (int by = 0; 4 * by < height; ++by) {
+    for (int bx = 0; 4 * bx < width; ++bx) {
+      const std::size_t first = pixelIndex(4 * bx, 4 * by);
+      for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
+        const auto load = [&](const auto& channel) HWY_ATTR { return hn::Load(d, channel.data() + first + sub); };
+        hn::StoreInterleaved4(load(pixels.red), load(pixels.green), load(pixels.blue),
+                              hn::Sub(hn::Set(d, 1.0F), load(pixels.light)), d, rgba + 4 * sub);
+      }
+      const int columns = width - 4 * bx < 4 ? width - 4 * bx : 4;
+      float* row = out + static_cast<std::size_t>(4 * by) * stride + std::size_t{16} * static_cast<std::size_t>(bx);
+      for (int y = 0; y < 4 && 4 * by + y < height; ++y, row += stride) {
+        if (columns == 4) {
+          std::memcpy(row, rgba + std::size_t{16} * static_cast<std::size_t>(y), 16 * sizeof(float));
+        } else {
+          std::memcpy(row, rgba + std::size_t{16} * static_cast<std::size_t>(y),
+                      4 * sizeof(float) * static_cast<std::size_t>(columns));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
