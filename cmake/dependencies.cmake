@@ -11,6 +11,7 @@ find_package(VTK 9 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutio
 find_package(nlohmann_json REQUIRED)
 find_package(PNG REQUIRED)
 find_library(TETGEN_LIBRARY tet REQUIRED)
+find_library(GLPK_LIBRARY glpk REQUIRED)
 pkg_check_modules(OPENEXR REQUIRED IMPORTED_TARGET OpenEXR)
 pkg_check_modules(OSMESA REQUIRED IMPORTED_TARGET osmesa)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)

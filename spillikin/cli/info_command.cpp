@@ -7,6 +7,8 @@
 #include "spillikin/cli/scene.h"
 #include "spillikin/io/write_image.h"
 #include "spillikin/mesh/build.h"
+#include "spillikin/sort/regularity.h"
+#include "spillikin/sort/weights.h"
 
 namespace spillikin::cli {
 
@@ -30,6 +32,33 @@ Json arraysOf(const mesh::Source& source, const mesh::Mesh& mesh) {
     arrays.push_back(std::move(entry));
   }
   return arrays;
+}
+
+// Whether power distances may order the cells, and with which weights.
+Json regularityOf(const mesh::Mesh& mesh) {
+  // Beyond so many cells the search for weights takes longer than all else, and memory as much as the mesh.
+  constexpr std::size_t most_cells = 1'000'000;
+  const sort::Regularity r = sort::regularity(mesh);
+  Json j{{"regular_faces", r.regular}, {"tied_faces", r.tied}, {"irregular_faces", r.irregular}};
+  if (r.ordered()) {
+    j["verdict"] = "Delaunay";
+  } else if (mesh.cell_count() > most_cells) {
+    j["verdict"] = fmt::format("not Delaunay; weights not looked for in more than {} cells", most_cells);
+  } else {
+    const sort::Weights weights = sort::findWeights(mesh, true);
+    switch (weights.verdict) {
+      case sort::Weights::Verdict::exist:
+        j["verdict"] = "regular with weights";
+        break;
+      case sort::Weights::Verdict::none:
+        j["verdict"] = fmt::format("no weights exist: {} faces contradict each other", weights.contradiction.size());
+        break;
+      case sort::Weights::Verdict::undecided:
+        j["verdict"] = "not Delaunay; whether weights exist is not decided";
+        break;
+    }
+  }
+  return j;
 }
 
 Json describe(const mesh::Source& source, const mesh::Mesh& mesh, const mesh::BuildReport& r,
@@ -66,6 +95,7 @@ Json describe(const mesh::Source& source, const mesh::Mesh& mesh, const mesh::Bu
   j["times"] = source.times;
   j["step"] = source.step;
   j["sort"] = {{"auto", sort::name(sorter.algorithm())}, {"exact", sorter.exact()}, {"why", sorter.why()}};
+  if (mesh.tetrahedral()) j["regularity"] = regularityOf(mesh);
   j["memory"] = {
       {"mesh_bytes", i.bytes},
       {"sorter_bytes", sorter.bytes()},
@@ -119,6 +149,12 @@ void print(const Json& j) {
   }
   fmt::print("{:<20} {}{}: {}\n", "sort auto", j["sort"]["auto"].get<std::string>(),
              j["sort"]["exact"].get<bool>() ? ", exact" : "", j["sort"]["why"].get<std::string>());
+  if (j.contains("regularity")) {
+    const Json& r = j["regularity"];
+    fmt::print("{:<20} {} (interior faces: {} locally regular, {} of one sphere, {} irregular)\n", "triangulation",
+               r["verdict"].get<std::string>(), r["regular_faces"].get<std::size_t>(),
+               r["tied_faces"].get<std::size_t>(), r["irregular_faces"].get<std::size_t>());
+  }
   fmt::print("{:<20} {:.1f} MB, {:.0f} bytes per cell\n", "memory",
              (j["memory"]["mesh_bytes"].get<double>() + j["memory"]["sorter_bytes"].get<double>()) / 1e6,
              j["memory"]["bytes_per_cell"].get<double>());

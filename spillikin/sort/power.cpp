@@ -4,8 +4,10 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/sort/weights.h"
 
 namespace spillikin::sort {
 namespace {
@@ -20,41 +22,61 @@ const mesh::Mesh& tetrahedra(const mesh::Mesh& mesh) {
   throw Error(mesh.name + ": --sort power needs a mesh of tetrahedra alone; use --sort auto or --project tets");
 }
 
-std::string reason(const Convexity& convexity, const Regularity& r) {
+std::string reason(const Convexity& convexity, const Regularity& r, bool weighted) {
+  const char* what = weighted ? "regular with weights that were found" : "Delaunay";
   if (r.irregular > 0) {
     return fmt::format(
-        "power distances order a regular triangulation, which this mesh is not: {} of its interior faces "
-        "are not locally Delaunay",
+        "power distances order a regular triangulation, which this mesh is not known to be: {} of its "
+        "interior faces are not locally Delaunay",
         r.irregular);
-  }
-  if (!convexity.convex) {
-    return fmt::format(
-        "the mesh is locally Delaunay, but not convex ({}), and power distances prove nothing across "
-        "empty space",
-        convexity.why);
   }
   if (!r.ties_are_trees) {
     return fmt::format(
-        "the mesh is convex and locally Delaunay, but {} interior faces join tetrahedra of one "
-        "circumsphere, all around edges",
+        "the mesh is locally Delaunay, but {} interior faces join tetrahedra of one circumsphere, all "
+        "around edges",
         r.tied);
   }
+  if (!convexity.convex) {
+    return fmt::format(
+        "the mesh is locally {}, but not convex ({}), and power distances prove nothing across empty "
+        "space",
+        what, convexity.why);
+  }
   return fmt::format(
-      "the mesh is convex and Delaunay ({} interior faces locally regular, {} between tetrahedra of one circumsphere, "
-      "none irregular), so that power distances order it; neighbours too near for rounding are decided exactly",
-      r.regular, r.tied);
+      "the mesh is convex and {} ({} interior faces locally regular, {} between tetrahedra of one circumsphere, none "
+      "irregular), so that power distances order it; neighbours too near for rounding are decided exactly",
+      what, r.regular, r.tied);
 }
 
 }  // namespace
 
-PowerSort::PowerSort(const mesh::Mesh& mesh)
-    : PowerSort(tetrahedra(mesh), convexity(mesh, exteriorTriangles(mesh)), regularity(mesh)) {}
+struct PowerSort::Prepared {
+  Convexity convexity;
+  Regularity regularity;
+  std::vector<double> heights;
+};
 
-PowerSort::PowerSort(const mesh::Mesh& mesh, const Convexity& convexity, const Regularity& regularity)
+PowerSort::Prepared PowerSort::prepare(const mesh::Mesh& mesh) {
+  Prepared p{convexity(tetrahedra(mesh), exteriorTriangles(mesh)), regularity(mesh), {}};
+  if (p.regularity.ordered() || !p.convexity.convex) return p;
+  Weights weights = findWeights(mesh, false);
+  if (weights.verdict != Weights::Verdict::exist) return p;
+  p.heights = std::move(weights.heights);
+  p.regularity = regularity(mesh, p.heights);
+  return p;
+}
+
+PowerSort::PowerSort(const mesh::Mesh& mesh) : PowerSort(mesh, prepare(mesh)) {}
+
+PowerSort::PowerSort(const mesh::Mesh& mesh, const Prepared& prepared)
+    : PowerSort(mesh, prepared.convexity, prepared.regularity, prepared.heights) {}
+
+PowerSort::PowerSort(const mesh::Mesh& mesh, const Convexity& convexity, const Regularity& regularity,
+                     const std::vector<double>& heights)
     : mesh_(tetrahedra(mesh)),
-      why_(reason(convexity, regularity)),
+      why_(reason(convexity, regularity, !heights.empty())),
       exact_(convexity.convex && regularity.ordered()),
-      distance_(mesh, KeySort::keyBits(mesh.cell_count())),
+      distance_(mesh, KeySort::keyBits(mesh.cell_count()), heights),
       keys_(lead + mesh.cell_count(), far_key),
       repair_(mesh) {}
 
