@@ -1,13 +1,12 @@
 #include "spillikin/sort/bsp_xmpvo.h"
 
-#include <algorithm>
-
 #include "spillikin/sort/cycles.h"
 
 namespace spillikin::sort {
 namespace {
 
-constexpr std::size_t most_turns = 16384;  // that places in the tree's list are gathered into
+constexpr std::size_t slabs = 64, places = 256;  // of depth, and of the tree's list within each
+static_assert(DepthBands::bands % slabs == 0 && slabs * places < ExteriorTree::never / 2);
 
 }  // namespace
 
@@ -20,10 +19,12 @@ void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.exact = true;
   signs_(viewpoint);
   tree_.place(viewpoint, [&](std::uint32_t t) { return gaps_.sign(t); });
-  const std::size_t turns = std::min(most_turns, tree_.nodes());
+  const DepthBands bands(gaps_.tree().lower(), gaps_.tree().upper(), viewpoint);
   turns_.begin([&](std::uint32_t t, int sign) {
-    const std::size_t place = sign < 0 ? tree_.lastPlace(t) : tree_.firstPlace(t);
-    return static_cast<Turn>(1 + place * turns / tree_.nodes());
+    const Triangle corners = gaps_.tree().corners(t);
+    const std::size_t slab = (sign < 0 ? bands.latest(corners) : bands.earliest(corners)) / (DepthBands::bands / slabs);
+    const std::size_t place = std::size_t{sign < 0 ? tree_.lastPlace(t) : tree_.firstPlace(t)} * places / tree_.nodes();
+    return static_cast<Turn>(1 + slab * places + place);
   });
   if (layered_(signs_, order, nullptr, turns_.data()) < mesh_.cell_count() || !turns_.settle(viewpoint, layered_)) {
     orderByEdges(mesh_, signs_, layered_, gaps_, viewpoint, extra_, order);

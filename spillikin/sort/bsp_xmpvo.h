@@ -16,7 +16,11 @@ namespace spillikin::sort {
 // viewpoint has come by: all that lies behind it across empty space has then come by as well. Here the queue of MPVO
 // runs once, on all cores, and the place of a fragment in the tree's list is the turn (turns.h) of its cell. Cells of
 // which a fragment turned towards the viewpoint comes by before the cell itself can be listed are partially projected
-// (Comba's term): these are the entries that gap_turns.h searches, and what they hide behind is put off.
+// (Comba's term): these are the entries that gap_turns.h searches, and the exits before them are put off.
+//
+// The tree decides within slabs of depth; depth decides between them. The tree's list alone is as right, but wherever a
+// splitting plane goes through the mesh it holds back cells on one side for faces of the other that hide nothing of
+// them, and thousands would be partially projected.
 //
 // Exact for every mesh whose cells do not overlap. Cost of a view: that of MPVO, of the tree, linear in its nodes, of a
 // counting sort, and of the searches. In a cycle all edges across gaps are found and cells of it are cut.

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "spillikin/mesh/predicates.h"
+
 namespace spillikin::sort {
 namespace {
 
@@ -12,6 +14,8 @@ namespace {
 constexpr float margin = 0x1p-17F;
 // Below this sine an edge and the line of sight are taken for parallel and their plane is not used.
 constexpr double least_sine = 1e-7;
+// Triangles near a plane, after which nothing found beyond it proves nothing: large flat sides would ask for all pairs.
+constexpr std::size_t most_asked = 64;
 
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -44,19 +48,18 @@ Vec3 spanned(const Vec3& u, const Vec3& v) {
 
 ExteriorTree::ExteriorTree(const mesh::Mesh& mesh, std::vector<ExteriorTriangle> exterior)
     : mesh_(mesh), triangles_(std::move(exterior)) {
-  Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
   for (const auto& t : triangles_) {
     for (const mesh::Id v : t.corner) {
       for (int k = 0; k < 3; ++k) {
-        lower[k] = std::min(lower[k], mesh.points[v][k]);
-        upper[k] = std::max(upper[k], mesh.points[v][k]);
+        lower_[k] = std::min(lower_[k], mesh.points[v][k]);
+        upper_[k] = std::max(upper_[k], mesh.points[v][k]);
       }
     }
   }
   double extent = 0.0;
   for (int k = 0; k < 3; ++k) {
-    origin_[k] = triangles_.empty() ? 0.0 : 0.5 * lower[k] + 0.5 * upper[k];
-    extent = std::max(extent, 0.5 * upper[k] - 0.5 * lower[k]);
+    origin_[k] = triangles_.empty() ? 0.0 : 0.5 * lower_[k] + 0.5 * upper_[k];
+    extent = std::max(extent, 0.5 * upper_[k] - 0.5 * lower_[k]);
   }
   if (extent > 0.0) scale_ = 1.0 / extent;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
@@ -140,6 +143,52 @@ void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, 
   }
   planes[3] = local(static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]);
   searchTree(nodes_.data(), turns_.data(), levels_.data(), levels_.size(), planes, last, out);
+}
+
+bool ExteriorTree::cornerBeyond(const ExteriorTriangle& plane, std::size_t other) const {
+  const auto& c = plane.corner;
+  return std::any_of(triangles_[other].corner.begin(), triangles_[other].corner.end(), [&](mesh::Id v) {
+    if (v == c[0] || v == c[1] || v == c[2]) return false;
+    return mesh::orient3d(mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]], mesh_.points[v]) > 0;
+  });
+}
+
+bool ExteriorTree::anyBeyond(std::size_t t) const {
+  const Triangle p = corners(t);
+  const Vec3 n = spanned(p[1] - p[0], p[2] - p[0]);
+  if (n == Vec3(0.0)) return true;  // a sliver: rather searched for in vain
+  for (int k = 0; k < 3; ++k) {     // flat sides, as of blocks
+    const double side = n[k] > 0.0 ? upper_[k] : lower_[k];
+    if (p[0][k] == side && p[1][k] == side && p[2][k] == side) return false;
+  }
+  std::size_t left = most_asked;
+  const auto offset = static_cast<float>(dot(n, p[0] - origin_) * scale_);
+  const float x = static_cast<float>(n.x), y = static_cast<float>(n.y), z = static_cast<float>(n.z);
+  // Depth first, the box that reaches farthest last, so that it is opened first.
+  std::vector<std::pair<std::size_t, std::size_t>> stack{{levels_.size() - 1, 0}};
+  while (!stack.empty()) {
+    const auto [level, node] = stack.back();
+    stack.pop_back();
+    const Node& boxes = nodes_[levels_[level].first + node];
+    float farthest = -std::numeric_limits<float>::infinity();
+    for (std::size_t j = 0; j < std::min(wide, levels_[level].count - wide * node); ++j) {
+      const float top = x * boxes.cx[j] + y * boxes.cy[j] + z * boxes.cz[j] + std::abs(x) * boxes.hx[j] +
+                        std::abs(y) * boxes.hy[j] + std::abs(z) * boxes.hz[j] - offset;
+      if (top <= -margin) continue;
+      const std::size_t box = wide * node + j;
+      if (level == 0) {
+        if (left-- == 0 || cornerBeyond(triangles_[t], box)) return true;
+        continue;
+      }
+      stack.emplace_back(level - 1, box);
+      if (top > farthest) {
+        farthest = top;
+      } else {
+        std::swap(stack.back(), stack[stack.size() - 2]);
+      }
+    }
+  }
+  return false;
 }
 
 std::size_t ExteriorTree::bytes() const {

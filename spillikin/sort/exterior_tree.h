@@ -49,6 +49,10 @@ class ExteriorTree {
     return {mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]]};
   }
 
+  // The box of all triangles; meant for meshes, which have some.
+  const Vec3& lower() const { return lower_; }
+  const Vec3& upper() const { return upper_; }
+
   static constexpr Turn never = std::numeric_limits<Turn>::max();
 
   // What the searches may find: triangles by their turn(t), `never` for those that none may. Linear, on all cores.
@@ -76,6 +80,11 @@ class ExteriorTree {
   // and triangle t; leaves out only such that certainly do not. `sign` is the nonzero orientViewpoint of t.
   void inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn last, std::vector<std::uint32_t>& out) const;
 
+  // Whether any corner of any triangle may lie strictly on the side of triangle t that its normal points to: if none
+  // does, no ray that leaves the mesh through t enters it again. False is certain, by exact tests; true where too many
+  // triangles lie near the plane to ask them all. Cost: logarithmic.
+  bool anyBeyond(std::size_t t) const;
+
   std::size_t bytes() const;
 
  private:
@@ -84,9 +93,11 @@ class ExteriorTree {
   static constexpr std::size_t wide = Node::wide;
 
   void build();
+  bool cornerBeyond(const ExteriorTriangle& plane, std::size_t other) const;
 
   const mesh::Mesh& mesh_;
   std::vector<ExteriorTriangle> triangles_;
+  Vec3 lower_{std::numeric_limits<double>::infinity()}, upper_{-std::numeric_limits<double>::infinity()};
   Vec3 origin_{0.0};
   double scale_ = 1.0;
   std::vector<Node> nodes_;

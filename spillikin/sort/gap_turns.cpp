@@ -12,7 +12,17 @@ constexpr std::size_t block = 256;  // triangles searched by one task, whose pai
 }  // namespace
 
 GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps)
-    : mesh_(mesh), gaps_(gaps), guess_(gaps.tree().triangles().size()), turn_(mesh.cell_count()) {}
+    : mesh_(mesh),
+      gaps_(gaps),
+      outermost_(gaps.tree().triangles().size()),
+      guess_(outermost_.size()),
+      turn_(mesh.cell_count()) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, outermost_.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t t = range.begin(); t < range.end(); ++t)
+                        outermost_[t] = gaps_.tree().anyBeyond(t) ? 0 : 1;
+                    });
+}
 
 void GapTurns::clear() {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, turn_.size(), 1 << 16),
@@ -121,8 +131,9 @@ bool GapTurns::putOffFound(const LayeredSort& layered) {
 bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered) {
   const auto& triangles = gaps_.tree().triangles();
   searched_ = put_off_ = 0;
-  gaps_.tree().setTurns(
-      [&](std::uint32_t t) { return gaps_.sign(t) < 0 ? turn_[triangles[t].cell] : ExteriorTree::never; });
+  gaps_.tree().setTurns([&](std::uint32_t t) {
+    return gaps_.sign(t) < 0 && outermost_[t] == 0 ? turn_[triangles[t].cell] : ExteriorTree::never;
+  });
   searchAll(viewpoint);
   for (int round = 0; round < most_rounds; ++round) {
     addAbutting(viewpoint);
@@ -135,8 +146,8 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered) {
 }
 
 std::size_t GapTurns::bytes() const {
-  std::size_t bytes = 2 * (guess_.capacity() + turn_.capacity()) + 4 * (open_.capacity() + raised_.capacity()) +
-                      searches_.capacity() * sizeof(std::size_t);
+  std::size_t bytes = outermost_.capacity() + 2 * (guess_.capacity() + turn_.capacity()) +
+                      4 * (open_.capacity() + raised_.capacity()) + searches_.capacity() * sizeof(std::size_t);
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(Pair);
   return bytes;

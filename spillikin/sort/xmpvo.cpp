@@ -1,28 +1,18 @@
 #include "spillikin/sort/xmpvo.h"
 
-#include <algorithm>
-
 #include "spillikin/sort/cycles.h"
 
 namespace spillikin::sort {
 
 Xmpvo::Xmpvo(const mesh::Mesh& mesh)
-    : mesh_(mesh), signs_(mesh), layered_(mesh), gaps_(mesh, signs_), turns_(mesh, gaps_) {
-  if (!mesh.points.empty()) lower_ = upper_ = mesh.points.front();
-  for (const Vec3& p : mesh.points) {
-    for (int k = 0; k < 3; ++k) {
-      lower_[k] = std::min(lower_[k], p[k]);
-      upper_[k] = std::max(upper_[k], p[k]);
-    }
-  }
-}
+    : mesh_(mesh), signs_(mesh), layered_(mesh), gaps_(mesh, signs_), turns_(mesh, gaps_) {}
 
 void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
   order.exact = true;
   signs_(viewpoint);
-  const DepthBands bands(lower_, upper_, viewpoint);
+  const DepthBands bands(gaps_.tree().lower(), gaps_.tree().upper(), viewpoint);
   turns_.begin([&](std::uint32_t t, int sign) {
     const Triangle corners = gaps_.tree().corners(t);
     return sign < 0 ? bands.latest(corners) : bands.earliest(corners);

@@ -39,7 +39,6 @@ class Xmpvo final : public Sorter {
   GapTurns turns_;
   TurnSort by_turn_;
   ExtraEdges extra_;
-  Vec3 lower_{0.0}, upper_{0.0};
 };
 
 }  // namespace spillikin::sort
