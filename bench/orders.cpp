@@ -1,7 +1,7 @@
 // Every visibility sort on every mesh given, from random viewpoints outside and inside: what it costs beside MPVO, and
 // on how many rays of a grid over the image two cells come in the wrong order.
 //   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--strict] MESH...
-// A MESH is a file, a folder of files, or made: grid:N shell:N tori:N rings:N delaunay:N. With --strict the exit code
+// A MESH is a file, a folder of files, or made: grid:N shell:N tori:N ring:N delaunay:N. With --strict the exit code
 // is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
 #include <fmt/format.h>
 
@@ -56,8 +56,10 @@ mesh::Source made(const std::string& name) {
   if (kind == "grid") return tests::tetrahedronGrid(n, 0.18, 1);
   if (kind == "shell") return tests::shell(n);
   if (kind == "tori") return tests::interlockedTori(n);
+  if (kind == "ring") return tests::twistedRing(n, 0.5);
   if (kind == "delaunay") return tests::delaunayCube(n, 1);
-  throw Error(fmt::format("no mesh is called '{}'; the made ones are grid:N, shell:N, tori:N, delaunay:N", name));
+  throw Error(
+      fmt::format("no mesh is called '{}'; the made ones are grid:N, shell:N, tori:N, ring:N, delaunay:N", name));
 }
 
 mesh::Source load(const std::string& name) {
@@ -251,8 +253,8 @@ bool runMesh(const std::string& name, const Wish& wish) {
     if (const auto* x = dynamic_cast<const sort::Xmpvo*>(c.sorter.get()))
       fmt::print(", searched {}, put off {}", x->turns().searched(), x->turns().putOff());
     if (const auto* b = dynamic_cast<const sort::BspXmpvo*>(c.sorter.get()))
-      fmt::print(", {} nodes, {} fragments, searched {}, put off {}", b->tree().nodes(), b->tree().fragments(),
-                 b->turns().searched(), b->turns().putOff());
+      fmt::print(", b {}, {} nodes, {} fragments, searched {}, put off {}", b->tree().triangles(), b->tree().nodes(),
+                 b->tree().fragments(), b->turns().searched(), b->turns().putOff());
     fmt::print("\n");
     if (!c.worst.empty()) fmt::print("    EXACT BUT WRONG in {} views; {}\n", c.wrong_exact, c.worst);
     right = right && c.wrong_exact == 0;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <random>
 
@@ -262,29 +263,26 @@ TEST(Obscures, ApproximateSortsListEveryCellOnce) {
 
 // --- Rays, for orders with cuts.
 
-// The interval of a ray in a convex cell, from the planes of its boundary.
-bool intersect(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& origin, const Vec3& direction, Crossing& out) {
+// Appends the intervals of a ray in a cell, convex or not: where it crosses the triangles of the cell's boundary.
+void intersect(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& origin, const Vec3& direction,
+               std::vector<Crossing>& out) {
   mesh::Surface surface;
   mesh::surface(mesh, cell, surface);
-  out = {cell, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  std::vector<double> at;
   for (const auto& t : surface.triangles) {
-    const Vec3 &a = mesh.points[t[0]], u = mesh.points[t[1]] - a, w = mesh.points[t[2]] - a, p = origin - a;
-    const Vec3 n(u.y * w.z - u.z * w.y, u.z * w.x - u.x * w.z, u.x * w.y - u.y * w.x);
-    const double slope = n.x * direction.x + n.y * direction.y + n.z * direction.z;
-    const double height = n.x * p.x + n.y * p.y + n.z * p.z;
-    if (slope == 0.0) {
-      if (height > 0.0) return false;
-      continue;
-    }
-    if (slope < 0.0)
-      out.enter = std::max(out.enter, -height / slope);
-    else
-      out.leave = std::min(out.leave, -height / slope);
+    const Vec3 a = mesh.points[t[0]] - origin, b = mesh.points[t[1]] - origin, c = mesh.points[t[2]] - origin;
+    const double u = glm::dot(direction, glm::cross(b, c)), v = glm::dot(direction, glm::cross(c, a)),
+                 w = glm::dot(direction, glm::cross(a, b));
+    if ((u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0))
+      at.push_back(glm::dot((u * a + v * b + w * c) / (u + v + w), direction));
   }
-  return out.enter < out.leave;
+  std::sort(at.begin(), at.end());
+  for (std::size_t i = 0; i + 1 < at.size(); i += 2) {
+    if (at[i + 1] > 0.0) out.push_back({cell, std::max(0.0, at[i]), at[i + 1]});
+  }
 }
 
-Tally shootRays(const mesh::Mesh& mesh, const Order& order, const Viewpoint& v, std::uint64_t seed) {
+Tally shootRays(const mesh::Mesh& mesh, const Order& order, const Viewpoint& v, std::uint64_t seed, int rays = 20000) {
   const OrderChecker checker(order, mesh.cell_count());
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> u(0.0, 1.0);
@@ -296,18 +294,14 @@ Tally shootRays(const mesh::Mesh& mesh, const Order& order, const Viewpoint& v, 
     }
   }
   Tally tally;
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < rays; ++i) {
     const Vec3 target = lower + (upper - lower) * Vec3(u(random), u(random), u(random));
     Vec3 direction = v.w == 0.0 ? -Vec3(v) : target - Vec3(v);
     direction /= std::sqrt(direction.x * direction.x + direction.y * direction.y + direction.z * direction.z);
-    const Vec3 origin = v.w == 0.0 ? target - 10.0 * direction : Vec3(v);
+    const Vec3 origin = v.w == 0.0 ? target - 100.0 * direction : Vec3(v);
     std::vector<Crossing> crossings;
-    for (mesh::Id c = 0; c < mesh.cell_count(); ++c) {
-      Crossing crossing;
-      if (!intersect(mesh, c, origin, direction, crossing) || crossing.leave <= 0.0) continue;
-      crossing.enter = std::max(crossing.enter, 0.0);
-      crossings.push_back(crossing);
-    }
+    for (mesh::Id c = 0; c < mesh.cell_count(); ++c)
+      intersect(mesh, c, origin, direction, crossings);
     checker.add(i, 0, origin, direction, crossings, tally);
   }
   return tally;
@@ -367,6 +361,49 @@ TEST(Cycles, PinwheelsAreNamedAndCut) {
       (*sorter)(Viewpoint(9.0, 0.3, 0.1, 1.0), order);  // from the side there is none
       EXPECT_TRUE(order.cycles.empty());
       EXPECT_EQ(shootRays(mesh, order, Viewpoint(9.0, 0.3, 0.1, 1.0), 4).inversions, 0U);
+    }
+  }
+}
+
+// Three rings, two of them interlocked, one for each axis: no direction makes an angle above acos(1/sqrt(3)) with all
+// of them, so that at least one ring is cyclic from everywhere far away.
+mesh::Source ringsForEveryView(std::size_t cells) {
+  const auto turned = [&](int axis, const Vec3& centre) {
+    mesh::Source ring = tests::twistedRing(cells, 0.5);
+    ring.arrays.clear();
+    for (Vec3& p : ring.points) {
+      Vec3 q(0.0);
+      for (int k = 0; k < 3; ++k)
+        q[(k + axis + 1) % 3] = p[k];
+      p = q + centre;
+    }
+    return ring;
+  };
+  return tests::join(tests::join(turned(2, Vec3(0.0)), turned(1, Vec3(0.75, 0.0, 0.0))),
+                     turned(0, Vec3(0.0, 0.0, 3.0)));
+}
+
+TEST(Cycles, TwistedRingsAreCyclicFromEverywhere) {
+  for (const std::size_t cells : {5U, 6U, 9U}) {
+    const mesh::Mesh mesh = mesh::build(ringsForEveryView(cells));
+    ASSERT_EQ(mesh.cell_count(), 3 * cells);
+    std::mt19937_64 random(cells);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 8; ++i) {
+      Vec3 away(normal(random), normal(random), normal(random));
+      away *= 60.0 / std::sqrt(away.x * away.x + away.y * away.y + away.z * away.z);
+      const Viewpoint v(away, i % 2 == 0 ? 1.0 : 0.0);
+      for (const Algorithm a : {Algorithm::xmpvo, Algorithm::bsp_xmpvo, Algorithm::newell}) {
+        SCOPED_TRACE(testing::Message() << cells << " cells, " << name(a) << ", view " << i);
+        Order order;
+        (*makeSorter(a, mesh))(v, order);
+        EXPECT_GE(order.cycles.size(), 1U);
+        EXPECT_FALSE(order.cuts.empty());
+        EXPECT_TRUE(order.exact);
+        const Tally tally = shootRays(mesh, order, v, 5, 1000);
+        EXPECT_GT(tally.pairs, 10U);
+        EXPECT_EQ(tally.inversions, 0U);
+      }
     }
   }
 }

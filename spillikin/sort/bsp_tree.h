@@ -42,6 +42,7 @@ class BspTree {
     return place;
   }
 
+  std::size_t triangles() const { return offset_.empty() ? 0 : offset_.size() - 1; }
   std::size_t nodes() const { return nodes_.size(); }
   std::size_t fragments() const { return node_of_.size(); }
   std::size_t bytes() const;

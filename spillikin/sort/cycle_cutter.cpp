@@ -15,9 +15,11 @@ namespace {
 
 constexpr std::uint32_t unset = 0xFFFFFFFFU;
 constexpr std::uint32_t most_roots = 16384;  // nodes from which a round looks for cycles
-constexpr std::size_t most_failures = 32;    // cycles that a round finds no cut for
+// Nodes from which it looks for cycles of any length, where none is short, and how many may be in another's way.
+constexpr std::uint32_t most_long = 256, most_in_the_way = 8;
+constexpr std::size_t most_failures = 32;  // cycles that a round finds no cut for
 // A component of more pieces than this is cut in so many rounds at most, then sorted by depth.
-constexpr std::size_t large_component = 2048, most_large_rounds = 24;
+constexpr std::size_t large_component = 2048, most_large_rounds = 256;
 constexpr std::size_t short_reach = 48;    // nodes looked at for a short cycle
 constexpr std::size_t longest_cycle = 16;  // of which all face planes are tried
 
@@ -206,16 +208,18 @@ void CycleCutter::indexNodes(const Nodes& nodes, const Edges& edges) {
 // relation of each of these cycles and returns false.
 bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
   const auto count = static_cast<std::uint32_t>(nodes.size());
-  const std::uint32_t step = std::max(1U, count / most_roots);
+  std::uint32_t step = std::max(1U, count / most_roots);
   std::vector<std::uint8_t> blocked(count, 0);
   std::vector<Edges> uncut;
   bool any = false;
   // Most cycles are short; the search from a node that is on no short one ends early, unless it is all there is.
   std::size_t reach = count <= short_reach ? count : short_reach;
+  std::uint32_t in_the_way = 0;
   for (std::uint32_t root = 0; uncut.size() < most_failures; root += step) {
     if (root >= count) {
       if (any || !uncut.empty() || reach >= count) break;
-      reach *= 8;
+      reach = count;
+      step = std::max(1U, count / most_long);
       root = 0;
     }
     if (blocked[root] != 0) continue;
@@ -223,6 +227,7 @@ bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
     if (cycle.empty()) continue;
     if (std::any_of(cycle.begin(), cycle.end(),
                     [&](std::uint32_t e) { return blocked[local_[edges_[e].from]] != 0; })) {
+      if (reach > short_reach && ++in_the_way >= most_in_the_way) break;
       continue;
     }
     const Choice choice = cuts_left_ > 0 ? chooseCut(cycle) : Choice{};

@@ -300,6 +300,26 @@ mesh::Source interlockedTori(std::size_t n) {
   return source;
 }
 
+mesh::Source twistedRing(std::size_t cells, double twist) {
+  mesh::Source source;
+  source.name = "twisted ring";
+  const double turn = 2.0 * std::acos(-1.0);
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double at = turn * static_cast<double>(i) / static_cast<double>(cells);
+    source.points.emplace_back(0.5 * std::cos(at), 0.5 * std::sin(at), 0.0);
+    for (const double side : {-1.0, 1.0})
+      source.points.emplace_back(std::cos(at + side * twist), std::sin(at + side * twist), 0.25 * side);
+  }
+  for (std::size_t i = 0; i < cells; ++i) {
+    std::array<Id, 6> ids{};
+    for (std::size_t k = 0; k < 6; ++k)
+      ids[k] = static_cast<Id>(3 * ((i + k / 3) % cells) + k % 3);
+    addCell(source, mesh::vtk_cell::wedge, ids.data(), ids.size());
+  }
+  addPointArray(source, "value", smoothValue);
+  return source;
+}
+
 mesh::Source join(const mesh::Source& a, const mesh::Source& b) {
   mesh::Source joined = a;
   joined.name = a.name + " and " + b.name;

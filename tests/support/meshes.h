@@ -30,6 +30,11 @@ mesh::Source oneCell(std::uint8_t type, const std::vector<Vec3>& points);
 mesh::Source shell(std::size_t n);
 mesh::Source interlockedTori(std::size_t n);
 
+// A closed ring of `cells` prisms around the z axis, from radius 0.5 to 1 and z from -0.25 to 0.25, each sharing a
+// triangle with the next. The triangles are twisted by up to `twist` radians, so that they lean over one another the
+// whole way round: a visibility cycle from all directions whose angle with the axis has a tangent below 4 sin(twist).
+mesh::Source twistedRing(std::size_t cells, double twist);
+
 // Joins two sources, cells one after the other; arrays of the same name are joined, others dropped.
 mesh::Source join(const mesh::Source& a, const mesh::Source& b);
 
