@@ -108,6 +108,20 @@ TEST(Picture, HexahedraWithFacesThatAreNotPlanar) {
   compareBackends(tests::hexahedronGrid(5, 0.25, 3), 128);
 }
 
+// Two interlocked rings of twisted prisms: each prism hides the next, the whole way round.
+TEST(Picture, CyclicRings) {
+  mesh::Source ring = tests::twistedRing(9, 0.5), other = ring;
+  for (Vec3& p : other.points)
+    p = Vec3(p.y + 0.75, p.z, p.x);
+  const mesh::Source source = tests::join(ring, other);
+  compareBackends(source, 128);
+  // There is a cycle to be found: OpenGL draws what the sort has cut.
+  render::Session session(source, {.sort = sort::Algorithm::xmpvo, .backend = composite::Backend::osmesa});
+  session.setView(session.defaultView(16, 16));
+  EXPECT_FALSE(session.order().cycles.empty());
+  EXPECT_FALSE(session.order().cuts.empty());
+}
+
 TEST(Picture, CellData) {
   mesh::Source source = tests::tetrahedronGrid(5, 0.2, 7);
   source.arrays.clear();
