@@ -81,7 +81,6 @@ inline void visitTiles(TileBox box, std::size_t columns, const Visit& visit) {
 void Bins::count(const Screen& screen) {
   const sort::Order& order = screen.frame().order;
   counts_.assign(chunks_ * tile_count(), 0);
-  ordered_.resize(order.cells.size());
   tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t index) {
     std::uint32_t* counts = counts_.data() + index * tile_count();
     const auto columns = static_cast<std::size_t>(columns_);
@@ -89,9 +88,7 @@ void Bins::count(const Screen& screen) {
     const Chunk c = chunk(order, index);
     for (std::size_t i = c.begin; i-- > c.end;) {
       if (i >= look_ahead) __builtin_prefetch(boxes_.data() + cells[i - look_ahead]);
-      const TileBox box = boxes_[cells[i]];
-      ordered_[i] = box;
-      visitTiles(box, columns, [counts](std::size_t tile) { ++counts[tile]; });
+      visitTiles(boxes_[cells[i]], columns, [counts](std::size_t tile) { ++counts[tile]; });
     }
   });
 }
@@ -115,6 +112,7 @@ bool Bins::layOut(std::size_t max_entries) {
 
 void Bins::place(const Screen& screen) {
   const sort::Order& order = screen.frame().order;
+  if (entries_.capacity() < entries()) entries_ = {};  // nothing of the last frame is copied
   entries_.resize(entries());
   tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t index) {
     std::uint32_t* next = counts_.data() + index * tile_count();
@@ -129,13 +127,14 @@ void Bins::place(const Screen& screen) {
         --cut;
         entry.packed = static_cast<std::uint32_t>(cut - order.cuts.begin()) | Entry::cut_bit;
       }
-      visitTiles(ordered_[i], columns, [&](std::size_t tile) { entries[next[tile]++] = entry; });
+      if (i >= look_ahead) __builtin_prefetch(boxes_.data() + order.cells[i - look_ahead]);
+      visitTiles(boxes_[order.cells[i]], columns, [&](std::size_t tile) { entries[next[tile]++] = entry; });
     }
   });
 }
 
 std::size_t Bins::bytes() const {
-  return (boxes_.capacity() + ordered_.capacity()) * sizeof(TileBox) + counts_.capacity() * sizeof(std::uint32_t) +
+  return boxes_.capacity() * sizeof(TileBox) + counts_.capacity() * sizeof(std::uint32_t) +
          offset_.capacity() * sizeof(std::size_t) + entries_.capacity() * sizeof(Entry);
 }
 

@@ -64,7 +64,6 @@ class Bins {
   int columns_ = 0, rows_ = 0;
   std::size_t chunks_ = 0;
   std::vector<TileBox> boxes_;         // per cell
-  std::vector<TileBox> ordered_;       // the same along the order
   std::vector<std::uint32_t> counts_;  // per chunk and tile; while placing, where the next entry goes
   std::vector<std::size_t> offset_;    // per tile + 1
   std::vector<Entry> entries_;
