@@ -1,11 +1,15 @@
 // The report of `make bench`: what the machine can do, and what Spillikin does on it, stage by stage and size by size.
-//   spillikin_performance report OUTPUT.md [--bench FILE.json] [--peers FILE.md] [--most CELLS] [--frames N]
+//   spillikin_performance report OUTPUT.md [--bench FILE.json] [--peers FILE.md] [--data FOLDER] [--most CELLS]
+//                                [--frames N]
 //   spillikin_performance frame grid|delaunay N SIZE FRAMES       one mesh, as JSON: what the report runs as a child
-// --bench is what spillikin_bench wrote, --peers what spillikin_peers wrote; both become sections of the report.
+// --bench is what spillikin_bench wrote, --peers what spillikin_peers wrote; both become sections of the report. --data
+// is a folder of real meshes.
 #include <fmt/format.h>
 #include <tbb/info.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -14,6 +18,7 @@
 #include <vector>
 
 #include "bench/frame.h"
+#include "bench/roads.h"
 #include "bench/roofline.h"
 #include "spillikin/base/error.h"
 #include "spillikin/io/write_image.h"
@@ -26,7 +31,7 @@ using Json = nlohmann::ordered_json;
 constexpr double flops_per_fragment = 50.0;  // the design's estimate: set-up apart
 
 struct Arguments {
-  std::string output, bench, peers;
+  std::string output, bench, peers, data;
   std::size_t most = 10'500'000;
   int frames = 5;
 };
@@ -83,19 +88,29 @@ const char* verdict(bool reached) {
   return reached ? "reached" : "**missed**";
 }
 
-std::string machineSection(const bench::Roofline& r) {
-  const double pages = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+// The load when the report begins, before its own work is in it.
+double loadNow() {
   double load = 0.0;
   getloadavg(&load, 1);
+  return load;
+}
+
+std::string machineSection(const bench::Roofline& r, double load) {
+  const double pages = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const int cores = tbb::info::default_concurrency();
+  const char* shared = load <= 0.5 * cores
+                           ? "the machine was this run's alone"
+                           : "other programs ran beside it: times are longer, rates and peaks lower than alone, and "
+                             "verdicts on absolute times have to be taken again on a quiet machine; processor seconds "
+                             "and ratios are the figures to read";
   return fmt::format(
       "## The machine\n\n{}, {} cores, {:.0f} GB of memory, vectors of {} floats ({}). When the run began the load was "
-      "{:.1f}: above {} the cores are shared with other programs and every time is longer, every rate "
-      "and peak lower than it would be alone.\n\n"
+      "{:.1f}: {}.\n\n"
       "| by a micro-benchmark in this run | one core | all cores |\n|---|---|---|\n"
       "| multiply-adds in single precision, Gflop/s | {:.1f} | {:.1f} |\n"
       "| memory moved by a[i] = b[i] + s c[i], GB/s | {:.1f} | {:.1f} |\n",
-      processor(), tbb::info::default_concurrency(), pages * 1e-9, r.lanes, r.instructions, load,
-      tbb::info::default_concurrency(), r.flops * 1e-9, r.all_flops * 1e-9, r.bytes * 1e-9, r.all_bytes * 1e-9);
+      processor(), cores, pages * 1e-9, r.lanes, r.instructions, load, shared, r.flops * 1e-9, r.all_flops * 1e-9,
+      r.bytes * 1e-9, r.all_bytes * 1e-9);
 }
 
 std::string label(const Json& r) {
@@ -249,7 +264,42 @@ std::vector<Json> measure(const std::string& program, const std::vector<bench::F
   return rows;
 }
 
+// What the targets are about, from the rooms' own benchmarks: the name's beginning, and what it is.
+struct Headline {
+  const char* name;
+  const char* what;
+};
+constexpr std::array headlines{
+    Headline{"compositeNative/cube10k/1024/2", "11 thousand tetrahedra composited at 1024², two cores"},
+    Headline{"compositeNative/cube100k/1024/2", "104 thousand"},
+    Headline{"compositeNative/cube1M/1024/2", "a million; the sort is apart"},
+    Headline{"compositeNative/shell100k/1024/2", "a nonconvex shell of 84 thousand"},
+    Headline{"compositeNative/tori100k/1024/2", "interlocked tori of 96 thousand"},
+    Headline{"compositeNative/hexahedra50k/1024/2", "51 thousand hexahedra drawn whole"},
+    Headline{"sort/mpvo/55", "998 thousand tetrahedra ordered from a new viewpoint"},
+    Headline{"sort/power/55", "the same by power distances"},
+    Headline{"mesh/build/tetrahedra/55", "the same from the source to a finished mesh"},
+    Headline{"referenceRender/n:55/pixels:512/quadrature:0", "the same, 512² rays in double precision"},
+};
+
+std::string headlineSection(const std::string& path) {
+  const Json all = Json::parse(readAll(path), nullptr, false);
+  if (all.is_discarded()) throw Error(fmt::format("{}: is not what spillikin_bench writes", path));
+  std::string text = "\n## At a glance\n\n| benchmark | what | wall, ms |\n|---|---|---|\n";
+  for (const Headline& h : headlines) {
+    for (const Json& b : all["benchmarks"]) {
+      if (!b["name"].get<std::string>().starts_with(h.name) || b.contains("error_occurred")) continue;
+      const std::string unit = b["time_unit"];
+      const double ms = number(b, "real_time") * (unit == "ns" ? 1e-6 : unit == "us" ? 1e-3 : unit == "s" ? 1e3 : 1.0);
+      text += fmt::format("| `{}` | {} | {:.3g} |\n", h.name, h.what, ms);
+      break;
+    }
+  }
+  return text;
+}
+
 int report(const std::string& program, const Arguments& a) {
+  const double load = loadNow();
   const bench::Roofline roof = bench::measureRoofline();
   std::vector<bench::FrameJob> grids, cubes, sizes;
   for (const std::size_t n : {12UL, 26UL, 55UL, 118UL}) {
@@ -267,7 +317,8 @@ int report(const std::string& program, const Arguments& a) {
       "# Performance\n\nMade by the programs that `make bench` runs. Times on the wall unless \"processor\" is said: "
       "that "
       "is the sum over all cores. Compare ratios within one table, not figures between machines.\n\n" +
-      machineSection(roof);
+      machineSection(roof, load);
+  if (!a.bench.empty()) text += headlineSection(a.bench);
   if (!cubes.empty() && number(rows.back(), "cells") > 900'000) {
     text += fmt::format("\nA million random tetrahedra in at most 0.13 s at 1024²: {:.3f} s, {}.\n",
                         number(rows.back(), "frame_seconds"), verdict(number(rows.back(), "frame_seconds") <= 0.13));
@@ -276,7 +327,7 @@ int report(const std::string& program, const Arguments& a) {
   const std::string tier_text = tierSection(tiers);
   rows.insert(rows.end(), grid_rows.begin(), grid_rows.end());
   text += stageSection(rows, roof) + sortSection(rows) + memorySection(rows) + growthSection(grid_rows, pixel_rows) +
-          tier_text;
+          tier_text + bench::roadsSection(a.data, a.most, std::max(3, a.frames));
   if (!a.peers.empty()) text += "\n" + readAll(a.peers);
   if (!a.bench.empty()) text += benchSection(a.bench);
   io::writeFile(a.output, text.data(), text.size());
@@ -293,6 +344,8 @@ Arguments parse(int argc, char** argv) {
       a.bench = value;
     } else if (word == "--peers") {
       a.peers = value;
+    } else if (word == "--data") {
+      a.data = value;
     } else if (word == "--most") {
       a.most = std::stoul(value);
     } else if (word == "--frames") {
@@ -315,8 +368,8 @@ int main(int argc, char** argv) try {
   }
   if (mode == "report" && argc >= 3) return report(argv[0], parse(argc, argv));
   fmt::print(stderr,
-             "usage: spillikin_performance report OUTPUT.md [--bench FILE.json] [--peers FILE.md] [--most CELLS] "
-             "[--frames N]\n");
+             "usage: spillikin_performance report OUTPUT.md [--bench FILE.json] [--peers FILE.md] [--data FOLDER] "
+             "[--most CELLS] [--frames N]\n");
   return 2;
 } catch (const std::exception& e) {
   fmt::print(stderr, "spillikin_performance: error: {}\n", e.what());

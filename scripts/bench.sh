@@ -16,4 +16,4 @@ if ! "$here/peers.sh" "$build" speed "$data" "$work/peers.md" --rounds "$rounds"
   { [[ ! -s $work/peers.md ]] || cat "$work/peers.md"; echo; echo "Beside VTK: $(tail -n 1 "$work/peers.log")."; } >"$work/peers.part"
   mv "$work/peers.part" "$work/peers.md"
 fi
-"$build/bench/spillikin_performance" report "$output" --bench "$work/bench.json" --peers "$work/peers.md" --most "$most" --frames "$frames"
+"$build/bench/spillikin_performance" report "$output" --bench "$work/bench.json" --peers "$work/peers.md" --data "$data" --most "$most" --frames "$frames"

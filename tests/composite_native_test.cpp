@@ -3,6 +3,7 @@
 
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
 #include <random>
 
 #include "spillikin/base/error.h"
@@ -322,25 +323,37 @@ TEST(CompositeNative, HiddenCellsAreNotDrawn) {
 TEST(CompositeNative, PiecesMakeUpTheCell) {
   for (const mesh::Source& source : {delaunayCube(150, 16), hexahedronGrid(4, 0.1, 7)}) {
     const Subject s(source, "", "viridis", 2.0);
-    const View view = viewOf(s, {1.0, 0.6, 0.8}, 64, 48);
-    const sort::Order whole = orderOf(s, view);
-    sort::Order cut;
-    cut.exact = whole.exact;
-    for (std::size_t i = 0; i < whole.cells.size(); ++i) {
-      cut.cells.push_back(whole.cells[i]);
-      if (i % 3 != 0) continue;
-      const auto corners = s.mesh.vertices(whole.cells[i]);
-      const Vec3 middle = 0.5 * (s.mesh.points[corners[0]] + s.mesh.points[corners[2]]);
-      const Vec3 sight = glm::normalize(view.target - view.eye) + Vec3(0.1, 0.2, -0.1);
-      cut.cuts.push_back({static_cast<std::uint32_t>(cut.cells.size() - 1), {{sight, -glm::dot(sight, middle)}}});
-      cut.cells.push_back(whole.cells[i]);
-      cut.cuts.push_back({static_cast<std::uint32_t>(cut.cells.size() - 1), {{-sight, glm::dot(sight, middle)}}});
+    for (const bool parallel : {false, true}) {
+      View view = viewOf(s, {1.0, 0.6, 0.8}, 64, 48);
+      if (parallel) view.parallel_scale = 0.45 * glm::length(view.eye - view.target) / 2.5;
+      const sort::Order whole = orderOf(s, view);
+      sort::Order cut;
+      cut.exact = whole.exact;
+      for (std::size_t i = 0; i < whole.cells.size(); ++i) {
+        cut.cells.push_back(whole.cells[i]);
+        if (i % 3 != 0) continue;
+        const auto corners = s.mesh.vertices(whole.cells[i]);
+        const Vec3 middle = 0.5 * (s.mesh.points[corners[0]] + s.mesh.points[corners[2]]);
+        const Vec3 sight = glm::normalize(view.target - view.eye) + Vec3(0.1, 0.2, -0.1);
+        cut.cuts.push_back({static_cast<std::uint32_t>(cut.cells.size() - 1), {{sight, -glm::dot(sight, middle)}}});
+        cut.cells.push_back(whole.cells[i]);
+        cut.cuts.push_back({static_cast<std::uint32_t>(cut.cells.size() - 1), {{-sight, glm::dot(sight, middle)}}});
+      }
+      const auto native = composite::makeNative();
+      Image image;
+      const composite::FrameStats stats = drawWith(*native, s, view, cut, image);
+      EXPECT_LE(largestDifference(image, castRays(s, project::Camera(view))), 0.1 * step);
+      EXPECT_EQ(stats.unresolved, 0U);
+      // In any order, too: pieces are collected and sorted again.
+      std::reverse(cut.cells.begin(), cut.cells.end());
+      std::reverse(cut.cuts.begin(), cut.cuts.end());
+      for (sort::Cut& c : cut.cuts)
+        c.entry = static_cast<std::uint32_t>(cut.cells.size() - 1 - c.entry);
+      const composite::FrameStats repaired = drawWith(*native, s, view, cut, image);
+      EXPECT_LE(largestDifference(image, castRays(s, project::Camera(view))), 0.1 * step);
+      EXPECT_GT(repaired.resolved, 0U);
+      EXPECT_EQ(repaired.unresolved, 0U);
     }
-    const auto native = composite::makeNative();
-    Image image;
-    const composite::FrameStats stats = drawWith(*native, s, view, cut, image);
-    EXPECT_LE(largestDifference(image, castRays(s, project::Camera(view))), 0.1 * step);
-    EXPECT_EQ(stats.unresolved, 0U);
   }
 }
 

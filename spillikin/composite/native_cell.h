@@ -48,6 +48,7 @@ class CellShape {
   };
   const std::vector<Triangle>& triangles() const { return triangles_; }
   mesh::Id cell() const { return cell_; }
+  const std::vector<sort::HalfSpace>* keep() const { return keep_; }
 
  private:
   struct Crossing {

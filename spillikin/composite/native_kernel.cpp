@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <vector>
 
@@ -225,10 +226,15 @@ std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const
   return fragments;
 }
 
+HWY_INLINE VF form(const WholeCell::Form& f, VF x, VF y) {
+  const DF d;
+  return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
+}
+
 // The segments between the crossings of a whole cell.
 template <bool Parallel, bool Clipped>
-HWY_INLINE Segment between(const TileView& view, VF& near, VF& far, VF front, VF back, hn::Mask<DF>& inside,
-                           std::size_t first, const Pixels& pixels, float anchor) {
+HWY_INLINE Segment between(const TileView& view, const WholeCell& cell, VF& near, VF& far, VF front, VF back,
+                           hn::Mask<DF>& inside, std::size_t first, const Pixels& pixels, float anchor) {
   const DF d;
   const VF half = hn::Set(d, 0.5F);
   const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
@@ -240,15 +246,24 @@ HWY_INLINE Segment between(const TileView& view, VF& near, VF& far, VF front, VF
     const VF whole_far = far;
     near = hn::Min(near, hn::Load(d, pixels.clip_near.data() + first));
     far = hn::Max(far, hn::Load(d, pixels.clip_far.data() + first));
+    for (std::size_t k = 0; k < cell.bound_count; ++k) {
+      const VF z = form(cell.bound[k].nearness, centresX(first), centresY(first));
+      near = cell.bound[k].entry ? hn::Min(near, z) : near;
+      far = cell.bound[k].entry ? far : hn::Max(far, z);
+    }
     inside = hn::And(inside, hn::Gt(near, far));
     near = hn::IfThenElse(inside, near, hn::Zero(d));
     far = hn::IfThenElse(inside, far, hn::Zero(d));
-    // The field runs on as if nothing were cut.
+    // The field runs on as if nothing were cut; an interval too short for float to tell its ends apart has one value.
     const VF begin = depth(whole_near);
-    const VF rate = hn::IfThenElseZero(inside, hn::Div(hn::Sub(back, front), hn::Sub(depth(whole_far), begin)));
+    const VF extent = hn::Sub(depth(whole_far), begin);
+    const auto long_enough = hn::And(inside, hn::Gt(extent, hn::Zero(d)));
+    const VF rate = hn::IfThenElseZero(long_enough, hn::Div(hn::Sub(back, front), extent));
+    const VF lo = hn::Min(front, back);
+    const VF hi = hn::Max(front, back);
     const VF start = front;
-    front = hn::MulAdd(rate, hn::Sub(depth(near), begin), start);
-    back = hn::MulAdd(rate, hn::Sub(depth(far), begin), start);
+    front = hn::Clamp(hn::MulAdd(rate, hn::Sub(depth(near), begin), start), lo, hi);
+    back = hn::Clamp(hn::MulAdd(rate, hn::Sub(depth(far), begin), start), lo, hi);
   }
   VF length = hn::Sub(near, far);
   if constexpr (!Parallel) length = hn::Mul(length, reciprocal(hn::Mul(hn::Add(near, z0), hn::Add(far, z0))));
@@ -267,13 +282,10 @@ struct Crossings {
 template <bool Parallel>
 HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
   const DF d;
-  const auto form = [&](const WholeCell::Form& f) HWY_ATTR {
-    return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
-  };
   hn::Mask<DF> side[WholeCell::max_edges];
   VF closest = hn::Set(d, 1.0F);
   for (std::size_t e = 0; e < cell.edge_count; ++e) {
-    const VF at = form(cell.edge[e]);
+    const VF at = form(cell.edge[e], x, y);
     side[e] = hn::Lt(at, hn::Zero(d));
     closest = hn::Min(closest, hn::Abs(at));
   }
@@ -287,8 +299,8 @@ HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
     const auto negative = hn::And(hn::And(ab, bc), hn::Not(ac));
     const auto positive = hn::And(ac, hn::Not(hn::Or(ab, bc)));
     if (hn::AllFalse(d, hn::Or(negative, positive))) continue;
-    const VF z = hn::Clamp(form(t.nearness), hn::Set(d, t.farthest), hn::Set(d, t.nearest));
-    VF s = form(t.scalar);
+    const VF z = hn::Clamp(form(t.nearness, x, y), hn::Set(d, t.farthest), hn::Set(d, t.nearest));
+    VF s = form(t.scalar, x, y);
     if constexpr (!Parallel) s = hn::Mul(s, reciprocal(hn::Add(z, z0)));
     s = hn::Clamp(hn::Add(s, hn::Set(d, t.base)), hn::Set(d, t.lo), hn::Set(d, t.hi));
     const auto leaves = t.turned ? negative : positive;
@@ -303,6 +315,11 @@ HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
   }
   c.bad = hn::Or(c.bad, hn::Xor(c.enters, c.leaves));
   return c;
+}
+
+HWY_INLINE void leaveOver(unsigned lanes, std::size_t first, KernelScratch& scratch) {
+  for (; HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
+    scratch.left_over.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(lanes))));
 }
 
 template <bool Parallel, bool Clipped, Care care>
@@ -320,18 +337,13 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
         const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
         if (pixels.live[first] == 0) continue;
         const Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
-        if (HWY_UNLIKELY(!hn::AllFalse(d, c.bad))) {
-          const unsigned bits = maskBits(c.bad);
-          for (std::size_t lane = 0; lane < lanes; ++lane) {
-            if ((bits >> lane & 1U) != 0) scratch.left_over.push_back(static_cast<std::uint16_t>(first + lane));
-          }
-        }
+        leaveOver(maskBits(c.bad), first, scratch);
         auto inside = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));
         if (hn::AllFalse(d, inside)) continue;
         VF near = c.near;
         VF far = c.far;
         const Segment segment =
-            between<Parallel, Clipped>(view, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
+            between<Parallel, Clipped>(view, cell, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
         fragments += hn::CountTrue(d, inside);
         certificate.check(near, far, inside, first, pixels);
         shader.blend(segment, first, pixels);
@@ -366,12 +378,13 @@ std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pi
 }
 
 std::size_t whole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
+  const bool clipped = view.clipped || cell.bound_count > 0;
   if (view.screen->parallel()) {
-    return view.clipped ? shadeWholeAs<true, true>(view, cell, pixels, scratch)
-                        : shadeWholeAs<true, false>(view, cell, pixels, scratch);
+    return clipped ? shadeWholeAs<true, true>(view, cell, pixels, scratch)
+                   : shadeWholeAs<true, false>(view, cell, pixels, scratch);
   }
-  return view.clipped ? shadeWholeAs<false, true>(view, cell, pixels, scratch)
-                      : shadeWholeAs<false, false>(view, cell, pixels, scratch);
+  return clipped ? shadeWholeAs<false, true>(view, cell, pixels, scratch)
+                 : shadeWholeAs<false, false>(view, cell, pixels, scratch);
 }
 
 // Marks the vectors without light as done with; true when the whole tile is. What follows them is behind, if the order
@@ -438,6 +451,58 @@ HWY_NOINLINE void collectCell(const TileView& view, const CellBatch& batch, std:
       out.push_back({covered.near[k * lanes + lane], covered.far[k * lanes + lane], blank.red[p], blank.green[p],
                      blank.blue[p], blank.light[p], static_cast<std::uint32_t>(p)});
     }
+  }
+}
+
+// The fragments of a whole cell on the pixels wanted. There are few: every cell takes the shader that is right for all.
+template <bool Parallel>
+void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask& wanted, const Pixels& pixels,
+                    KernelScratch& scratch, std::vector<Fragment>& out) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Shader<Care::full> shader(cell.look);
+  const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
+  Pixels& blank = scratch.blank;
+  alignas(64) float nears[block_pixels];
+  alignas(64) float fars[block_pixels];
+  for (int by = cell.blocks.y0; by < cell.blocks.y1; ++by) {
+    for (int bx = cell.blocks.x0; bx < cell.blocks.x1; ++bx) {
+      for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
+        const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
+        const unsigned asked = static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels);
+        if (asked == 0) continue;
+        const Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        leaveOver(maskBits(c.bad) & asked, first, scratch);
+        auto inside = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));
+        VF near = c.near;
+        VF far = c.far;
+        const Segment segment =
+            between<Parallel, true>(view, cell, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
+        unsigned bits = maskBits(inside) & asked;
+        if (bits == 0) continue;
+        for (auto* channel : {&blank.red, &blank.green, &blank.blue})
+          hn::Store(hn::Zero(d), d, channel->data() + first);
+        hn::Store(hn::Set(d, 1.0F), d, blank.light.data() + first);
+        shader.blend(segment, first, blank);
+        hn::Store(near, d, nears);
+        hn::Store(far, d, fars);
+        for (; bits != 0; bits &= bits - 1) {
+          const std::size_t lane = static_cast<unsigned>(std::countr_zero(bits));
+          const std::size_t p = first + lane;
+          out.push_back({nears[lane], fars[lane], blank.red[p], blank.green[p], blank.blue[p], blank.light[p],
+                         static_cast<std::uint32_t>(p)});
+        }
+      }
+    }
+  }
+}
+
+void wholeFragments(const TileView& view, const WholeCell& cell, const PixelMask& wanted, const Pixels& pixels,
+                    KernelScratch& scratch, std::vector<Fragment>& out) {
+  if (view.screen->parallel()) {
+    collectWholeAs<true>(view, cell, wanted, pixels, scratch, out);
+  } else {
+    collectWholeAs<false>(view, cell, wanted, pixels, scratch, out);
   }
 }
 
@@ -553,6 +618,7 @@ HWY_EXPORT(paint);
 HWY_EXPORT(boxes);
 HWY_EXPORT(whole);
 HWY_EXPORT(collect);
+HWY_EXPORT(wholeFragments);
 HWY_EXPORT(findOpaque);
 
 void clearPixels(const TileView& view, Pixels& pixels) {
@@ -580,6 +646,11 @@ bool collectTetrahedra(const TileView& view, std::span<const Entry> entries, con
 
 std::size_t paintWhole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
   return HWY_DYNAMIC_DISPATCH(whole)(view, cell, pixels, scratch);
+}
+
+void collectWhole(const TileView& view, const WholeCell& cell, const PixelMask& wanted, const Pixels& pixels,
+                  KernelScratch& scratch, std::vector<Fragment>& out) {
+  HWY_DYNAMIC_DISPATCH(wholeFragments)(view, cell, wanted, pixels, scratch, out);
 }
 
 bool markOpaque(Pixels& pixels) {

@@ -59,8 +59,12 @@ std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries
 bool collectTetrahedra(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
                        KernelScratch& scratch, std::size_t most, std::vector<Fragment>& out);
 
-// Composites one cell of any kind. The pixels on which it has more than one interval, or where float cannot tell, are
-// left alone and put into scratch.left_over.
+// Appends the fragments of one cell of any kind on the pixels `wanted` to `out`; scratch.left_over as with paintWhole.
+void collectWhole(const TileView& view, const WholeCell& cell, const PixelMask& wanted, const Pixels& pixels,
+                  KernelScratch& scratch, std::vector<Fragment>& out);
+
+// Composites one cell of any kind, or a piece of one. The pixels on which it has more than one interval, or where float
+// cannot tell, are left alone and put into scratch.left_over.
 std::size_t paintWhole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch);
 
 // Marks the pixels to which no more cells need come (see Pixels::live); true when that is all of them.

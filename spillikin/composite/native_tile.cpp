@@ -134,12 +134,12 @@ integrate::Radiance TilePainter::radiance(std::size_t pixel, const Span& span) c
                               (span.far - span.near) * pixels_.length[pixel]);
 }
 
-// A whole cell, or a piece of one, which goes pixel by pixel.
+// A whole cell or a piece of one; pixel by pixel where the vector kernel leaves it.
 void TilePainter::addCell(Entry entry) {
   setShape(entry);
   const Box box = shape_.pixels(window_);
   if (box.empty()) return;
-  if (!entry.cut() && flatten(view_, shape_, box, whole_)) {
+  if (flatten(view_, shape_, box, whole_)) {
     scratch_.left_over.clear();
     stats_.fragments += paintWhole(view_, whole_, pixels_, scratch_);
     for (const std::uint16_t pixel : scratch_.left_over)
@@ -240,25 +240,48 @@ bool TilePainter::collect(std::span<const Entry> entries, std::size_t most) {
   return true;
 }
 
+bool TilePainter::wantedIn(const Box& blocks) const {
+  for (int y = blocks.y0; y < blocks.y1; ++y) {
+    for (int x = blocks.x0; x < blocks.x1; ++x) {
+      if (wanted_[static_cast<std::size_t>(y * block_columns + x)] != 0) return true;
+    }
+  }
+  return false;
+}
+
 void TilePainter::collectCell(Entry entry) {
-  const mesh::Id cell = cellOf(entry);
-  const Box box = pixelBox(*screen_, screen_->mesh().vertices(cell), window_);
-  bool set = false;
+  const Box box = pixelBox(*screen_, screen_->mesh().vertices(cellOf(entry)), window_);
+  if (box.empty() || !wantedIn({(box.x0 - window_.x0) / 4, (box.y0 - window_.y0) / 4, (box.x1 - window_.x0 + 3) / 4,
+                                (box.y1 - window_.y0 + 3) / 4})) {
+    return;
+  }
+  setShape(entry);
+  if (flatten(view_, shape_, box, whole_)) {
+    scratch_.left_over.clear();
+    collectWhole(view_, whole_, wanted_, pixels_, scratch_, fragments_);
+    for (const std::uint16_t pixel : scratch_.left_over)
+      collectRay(pixel);
+    return;
+  }
   for (int y = box.y0 - window_.y0; y < box.y1 - window_.y0; ++y) {
     for (int x = box.x0 - window_.x0; x < box.x1 - window_.x0; ++x) {
       const std::size_t i = pixelIndex(x, y);
-      if ((wanted_[i / block_pixels] >> (i % block_pixels) & 1) == 0) continue;
-      if (!set) setShape(entry);
-      set = true;
-      shape_.spans(window_.x0 + x + 0.5, window_.y0 + y + 0.5, spans_);
-      for (const Span& span : spans_) {
-        const integrate::Radiance r = radiance(i, span);
-        fragments_.push_back({static_cast<float>(screen_->depths().nearness(span.near)),
-                              static_cast<float>(screen_->depths().nearness(span.far)), static_cast<float>(r.color[0]),
-                              static_cast<float>(r.color[1]), static_cast<float>(r.color[2]),
-                              static_cast<float>(1.0 - r.alpha), static_cast<std::uint32_t>(i)});
-      }
+      if ((wanted_[i / block_pixels] >> (i % block_pixels) & 1) != 0) collectRay(i);
     }
+  }
+}
+
+void TilePainter::collectRay(std::size_t i) {
+  const std::size_t block = i / block_pixels;
+  const std::size_t lane = i % block_pixels;
+  shape_.spans(view_.x0 + static_cast<double>(centres.x[block % block_columns][lane]),
+               view_.y0 + static_cast<double>(centres.y[block / block_columns][lane]), spans_);
+  for (const Span& span : spans_) {
+    const integrate::Radiance r = radiance(i, span);
+    fragments_.push_back({static_cast<float>(screen_->depths().nearness(span.near)),
+                          static_cast<float>(screen_->depths().nearness(span.far)), static_cast<float>(r.color[0]),
+                          static_cast<float>(r.color[1]), static_cast<float>(r.color[2]),
+                          static_cast<float>(1.0 - r.alpha), static_cast<std::uint32_t>(i)});
   }
 }
 

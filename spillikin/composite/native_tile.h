@@ -49,6 +49,8 @@ class TilePainter {
   void resolvePart(std::span<const Entry> entries, std::span<const std::uint16_t> pixels);
   bool collect(std::span<const Entry> entries, std::size_t most);
   void collectCell(Entry entry);
+  void collectRay(std::size_t pixel);
+  bool wantedIn(const Box& blocks) const;
   void compositeSorted(std::span<Fragment> fragments);
   void write(Image& image) const;
 

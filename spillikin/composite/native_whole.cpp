@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "spillikin/composite/native_kernel.h"
 
@@ -62,12 +63,41 @@ void setPlanes(const TileView& view, const CellShape::Triangle& t, WholeCell::Tr
   out.hi = static_cast<float>(hi);
 }
 
+// A half-space on the ray of a pixel is at + slope * depth >= 0. In perspective the first is constant and the second
+// linear in the pixel, in a parallel view the other way round; either way the plane's nearness is linear. Both pieces
+// at a cut have the same plane, to the bit.
+bool setBound(const TileView& view, const sort::HalfSpace& keep, WholeCell::Bound& out) {
+  const project::Camera& camera = view.screen->frame().camera;
+  const Depths& depths = view.screen->depths();
+  const Vec3 along = depths.parallel ? camera.direction0() : camera.direction(view.x0, view.y0);
+  const Vec3 corner = depths.parallel ? camera.origin(view.x0, view.y0) : camera.origin0();
+  const double at = glm::dot(keep.normal, corner) + keep.offset;
+  const double slope = glm::dot(keep.normal, along);
+  const Vec3 dx = depths.parallel ? camera.originDx() : camera.directionDx();
+  const Vec3 dy = depths.parallel ? camera.originDy() : camera.directionDy();
+  const Vec3 form(glm::dot(keep.normal, dx), glm::dot(keep.normal, dy), depths.parallel ? at : slope);
+  const double pivot = depths.parallel ? slope : -at;
+  if (!(reach(form) * view.nearness_scale < 1e6 * std::abs(pivot))) return false;
+  Vec3 z = form / pivot;
+  z.z += depths.parallel ? depths.z0 : -depths.z0;
+  out.nearness = rounded(z);
+  out.entry = pivot > 0.0;
+  return true;
+}
+
 }  // namespace
 
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out) {
   const Screen& screen = *view.screen;
   const std::vector<CellShape::Triangle>& triangles = shape.triangles();
   if (triangles.size() > WholeCell::max_triangles) return false;
+  out.bound_count = 0;
+  if (shape.keep() != nullptr) {
+    for (const sort::HalfSpace& keep : *shape.keep()) {
+      if (out.bound_count == WholeCell::max_limits || !setBound(view, keep, out.bound[out.bound_count])) return false;
+      ++out.bound_count;
+    }
+  }
   out.triangle_count = triangles.size();
   out.look = {screen.pieces().data(), std::numeric_limits<std::int32_t>::max(), 0, std::numeric_limits<float>::max(),
               std::numeric_limits<float>::lowest()};

@@ -30,16 +30,24 @@ struct WholeCell {
     float base = 0.0F, lo = 0.0F, hi = 0.0F;
   };
 
+  // A half-space that a piece of a cell is limited to: its plane's nearness bounds the ray's entry or its exit.
+  static constexpr std::size_t max_limits = 24;
+  struct Bound {
+    Form nearness{};
+    bool entry = false;
+  };
+
   std::array<Form, max_edges> edge;
   std::array<Triangle, max_triangles> triangle;
-  std::size_t edge_count = 0, triangle_count = 0;
+  std::array<Bound, max_limits> bound;
+  std::size_t edge_count = 0, triangle_count = 0, bound_count = 0;
   Box blocks;  // half-open
   Look look;
   Care care = Care::full;
 };
 
-// Fills `out` from a shape that has been set for the tile's corner. False when the cell reaches behind the eye or has
-// too many faces: it must be painted pixel by pixel.
+// Fills `out` from a shape that has been set for the tile's corner. False when the cell reaches behind the eye, has too
+// many faces or is cut by a plane seen edge-on: it must be painted pixel by pixel.
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out);
 
 }  // namespace spillikin::composite::native
