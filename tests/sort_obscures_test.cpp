@@ -244,6 +244,64 @@ TEST(Obscures, ConvexifiedIsExactWhereItFills) {
   }
 }
 
+mesh::Source shifted(mesh::Source source, const Vec3& shift) {
+  for (Vec3& p : source.points)
+    p += shift;
+  return source;
+}
+
+// Turned over in y, so that diagonals cross those of what lies beside it.
+mesh::Source mirrored(mesh::Source source, double size) {
+  for (Vec3& p : source.points)
+    p.y = size - p.y;
+  return source;
+}
+
+TEST(Obscures, ConvexifiedHoldsBoundariesThatTouch) {
+  const mesh::Source hexahedra = tests::hexahedronGrid(1), tetrahedra = tests::tetrahedronGrid(1);
+  const Vec3 beside(1.0, 0.0, 0.0);
+  // The same faces, but each block with points and values of its own: they stay two vertices at one place.
+  mesh::Source left = tetrahedra, right = shifted(tetrahedra, beside);
+  tests::addPointArray(left, "side", [](const Vec3&) { return 0.0; });
+  tests::addPointArray(right, "side", [](const Vec3&) { return 1.0; });
+  std::vector<Case> all{
+      {"L of hexahedra", keepCells(tests::hexahedronGrid(2), [](std::size_t c) { return c != 0 && c != 3; })},
+      {"hollow hexahedra", keepCells(tests::hexahedronGrid(3), [](std::size_t c) { return c != 13; })},
+      {"along an edge", tests::join(tests::hexahedronGrid(1), shifted(tests::hexahedronGrid(1), Vec3(1.0, 1.0, 0.0)))},
+      {"at a vertex", tests::join(tests::hexahedronGrid(1), shifted(tests::hexahedronGrid(1), Vec3(1.0, 1.0, 1.0)))},
+      {"blocks of their own points", tests::join(left, right)},
+      {"crossed diagonals", tests::join(tetrahedra, shifted(mirrored(tetrahedra, 1.0), beside))},
+      {"hexahedra beside tetrahedra", tests::join(hexahedra, shifted(tetrahedra, beside))},
+      {"the same, crossed", tests::join(hexahedra, shifted(mirrored(tetrahedra, 1.0), beside))},
+  };
+  const mesh::Source wedge =
+      tests::oneCell(mesh::vtk_cell::wedge, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}});
+  const mesh::Source pyramid =
+      tests::oneCell(mesh::vtk_cell::pyramid, {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}, {0.5, -1, 0.5}});
+  all.push_back(
+      {"wedge, pyramid and one apart", tests::join(tests::join(wedge, pyramid), shifted(wedge, Vec3(2.0, 0.3, 0.1)))});
+  for (const Case& c : all) {
+    SCOPED_TRACE(c.what);
+    const mesh::Mesh mesh = mesh::build(c.source);
+    const auto sorter = makeSorter(Algorithm::convexified, mesh);
+    EXPECT_TRUE(sorter->exact());
+    Order order;
+    for (const Viewpoint& v : someViews(91)) {
+      SCOPED_TRACE(testing::Message() << v.x << ' ' << v.y << ' ' << v.z << ' ' << v.w);
+      (*sorter)(v, order);
+      EXPECT_TRUE(order.exact);
+      expectAllPairs(mesh, v, order);
+    }
+  }
+}
+
+TEST(Obscures, ConvexifiedRefusesAnExteriorThatCrossesItself) {
+  const mesh::Mesh mesh =
+      mesh::build(tests::join(tests::hexahedronGrid(1), shifted(tests::hexahedronGrid(1), Vec3(0.5, 0.4, 0.3))));
+  EXPECT_THROW(makeSorter(Algorithm::convexified, mesh), Error);
+  EXPECT_EQ(makeSorter(Algorithm::automatic, mesh)->algorithm(), Algorithm::xmpvo);
+}
+
 TEST(Obscures, ApproximateSortsListEveryCellOnce) {
   const mesh::Mesh mesh = mesh::build(pierced(60, 5));
   for (const Algorithm a :

@@ -5,6 +5,7 @@
 
 #include "spillikin/base/error.h"
 #include "spillikin/mesh/build.h"
+#include "spillikin/sort/split_exterior.h"
 #include "spillikin/sort/tetgen_filling.h"
 
 namespace spillikin::sort {
@@ -14,23 +15,18 @@ namespace {
   throw Error(mesh.name + ": the outside cannot be filled: " + why + "; use --sort auto or --sort xmpvo");
 }
 
-std::unique_ptr<mesh::Mesh> fill(const mesh::Mesh& mesh, const Filling& filling) {
-  auto filled = std::make_unique<mesh::Mesh>();
-  filled->name = mesh.name;
-  filled->points = mesh.points;
+std::unique_ptr<mesh::Mesh> fill(mesh::Mesh&& solid, const Filling& filling) {
+  auto filled = std::make_unique<mesh::Mesh>(std::move(solid));
   filled->points.insert(filled->points.end(), filling.points.begin(), filling.points.end());
-  filled->point_file_id = mesh.point_file_id;
   filled->point_file_id.resize(filled->points.size(), mesh::none);
-  filled->cell_vertex = mesh.cell_vertex;
-  for (const auto& t : filling.tetrahedra)
+  for (const auto& t : filling.tetrahedra) {
     filled->cell_vertex.insert(filled->cell_vertex.end(), t.begin(), t.end());
-  const std::size_t cells = filled->cell_vertex.size() / 4;
-  filled->cell_type.assign(cells, mesh::CellType::tetrahedron);
-  filled->cell_vertex_offset.resize(cells + 1);
-  for (std::size_t c = 0; c <= cells; ++c)
-    filled->cell_vertex_offset[c] = static_cast<mesh::Id>(4 * c);
-  filled->cell_file_id = mesh.cell_file_id;
+    filled->cell_vertex_offset.push_back(static_cast<mesh::Id>(filled->cell_vertex.size()));
+  }
+  const std::size_t cells = filled->cell_count() + filling.tetrahedra.size();
+  filled->cell_type.resize(cells, mesh::CellType::tetrahedron);
   filled->cell_file_id.resize(cells, mesh::none);
+  if (filled->has_polyhedra()) filled->polyhedron_index.resize(cells, mesh::none);
   mesh::matchFaces(*filled);
   return filled;
 }
@@ -38,12 +34,12 @@ std::unique_ptr<mesh::Mesh> fill(const mesh::Mesh& mesh, const Filling& filling)
 }  // namespace
 
 Convexified::Convexified(const mesh::Mesh& mesh) : cells_(mesh.cell_count()) {
-  if (!mesh.tetrahedral()) refuse(mesh, "it has cells other than tetrahedra");
-  const auto exterior = exteriorTriangles(mesh);
+  mesh::Mesh solid = withFillableOutside(mesh, crossed_);
+  const auto exterior = exteriorTriangles(solid);
   Filling filling;
-  if (!convexity(mesh, exterior).convex) filling = fillOutside(mesh, exterior);
+  if (!convexity(solid, exterior).convex) filling = fillOutside(solid, exterior);
   if (!filling.failure.empty()) refuse(mesh, filling.failure);
-  filled_ = fill(mesh, filling);
+  filled_ = fill(std::move(solid), filling);
   Convexity filled = convexity(*filled_, exteriorTriangles(*filled_));
   if (!filled.convex) refuse(mesh, "what TetGen made is not convex (" + filled.why + ")");
   mpvo_ = std::make_unique<Mpvo>(*filled_, std::move(filled));
@@ -73,20 +69,23 @@ void Convexified::operator()(const Viewpoint& viewpoint, Order& order) {
   order.layer_offset.erase(std::unique(order.layer_offset.begin(), order.layer_offset.end()), order.layer_offset.end());
   order.cells.resize(kept);
   order.cuts.resize(cuts_kept);
-  for (auto& cycle : order.cycles) {
-    cycle.erase(std::remove_if(cycle.begin(), cycle.end(), [&](mesh::Id c) { return c >= cells_; }), cycle.end());
-  }
+  for (auto& cycle : order.cycles)
+    std::erase_if(cycle, [&](mesh::Id c) { return c >= cells_; });
+  std::erase_if(order.cycles, [](const auto& cycle) { return cycle.size() < 2; });  // of one cell and what fills
 }
 
 std::string Convexified::why() const {
   return "the space around the mesh is filled with " + std::to_string(fillingCells()) +
-         " cells that are never drawn, which makes it convex";
+         " cells that are never drawn, which makes it convex" +
+         (crossed_ == 0 ? "" : "; " + std::to_string(crossed_) + " faces with crossed diagonals count as matching");
 }
 
 std::size_t Convexified::bytes() const {
   const mesh::Mesh& m = *filled_;
   return mpvo_->bytes() + m.points.capacity() * sizeof(Vec3) + m.triangle.capacity() * 12 +
-         m.triangle_cells.capacity() * 8 +
+         m.triangle_cells.capacity() * 8 + m.quad.capacity() * 16 + m.quad_cells.capacity() * 8 +
+         4 * (m.polyhedron_index.capacity() + m.polyhedron_polygons.capacity() + m.polygon_offset.capacity() +
+              m.polygon_vertex.capacity()) +
          4 * (m.point_file_id.capacity() + m.cell_vertex.capacity() + m.cell_vertex_offset.capacity() +
               m.cell_file_id.capacity() + m.cell_face.capacity() + m.cell_face_offset.capacity()) +
          m.cell_type.capacity();

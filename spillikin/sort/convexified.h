@@ -11,9 +11,11 @@ namespace spillikin::sort {
 
 // Max, Williams, Silva 2000, section III, "a final approach": the space between the mesh and its convex hull, holes and
 // cavities too, is filled once with tetrahedra (tetgen_filling.h) that are sorted and never listed. Exact: the filled
-// mesh is convex, which is checked. Cost of a view: O(n + e), e filling cells. Keeps a copy of the mesh with them.
+// mesh is convex, which is checked. Cost of a view: O(n + e), e filling cells. Keeps a copy of the mesh with them, in
+// which cells with exterior quadrilaterals are polyhedra with triangles there (split_exterior.h), for the filling to
+// match.
 //
-// Needs tetrahedra. Throws Error where no filling is found; the message says why.
+// Throws Error where no filling is found; the message says why.
 class Convexified final : public Sorter {
  public:
   explicit Convexified(const mesh::Mesh& mesh);
@@ -26,7 +28,8 @@ class Convexified final : public Sorter {
   std::size_t fillingCells() const { return filled_->cell_count() - cells_; }
 
  private:
-  std::size_t cells_;  // of the mesh; those after them fill
+  std::size_t cells_;        // of the mesh; those after them fill
+  std::size_t crossed_ = 0;  // faces (split_exterior.h)
   std::unique_ptr<mesh::Mesh> filled_;
   std::unique_ptr<Mpvo> mpvo_;
 };
