@@ -366,6 +366,40 @@ TEST(CompositeNative, ImagesOfAnySize) {
   }
 }
 
+// Wider than one region of tiles: the work goes on region by region.
+TEST(CompositeNative, TheWidestAndTheHighestImage) {
+  const Subject s(delaunayCube(20, 17), "", "viridis", 6.0);
+  for (const auto& [width, height] : {std::pair{16384, 1}, {1, 16384}}) {
+    SCOPED_TRACE(width);
+    View view = viewOf(s, {1.0, 0.6, 0.8}, width, height, 1.2);
+    view.parallel_scale = width > height ? 2e-4 : 1.5;  // half the height of what is seen
+    expectExact(s, view);
+  }
+}
+
+// A million cells on one pixel, and on four.
+TEST(CompositeNative, AMillionCellsOnOnePixel) {
+  const Subject s(tetrahedronGrid(55, 0.15, 3), "", "viridis", 0.02);
+  for (const int size : {1, 2})
+    expectExact(s, viewOf(s, {1.0, 0.6, 0.8}, size, size, 1.2));
+}
+
+// Cells that cover every pixel, from outside and around the eye, and one beside which all others are small.
+TEST(CompositeNative, OneCellCoversTheImage) {
+  const mesh::Source one = oneCell(mesh::vtk_cell::tetra, {{-9, -9, -5}, {9, -9, -5}, {0, 12, -5}, {0, 0, 4}});
+  const Subject s(one, "", "viridis", 0.1);
+  View view;
+  view.eye = {0.3, 0.2, 5.0};
+  view.target = {0.0, 0.1, 0.0};
+  view.view_angle = 20.0;
+  view.width = 97;
+  view.height = 83;
+  expectExact(s, view);
+  view.eye.z = 1.0;
+  view.view_angle = 110.0;
+  expectExact(s, view);
+}
+
 TEST(CompositeNative, FarAwayAndAnyUnit) {
   for (const double unit : {1e-9, 1.0, 1e9}) {
     SCOPED_TRACE(unit);

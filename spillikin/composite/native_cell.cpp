@@ -96,7 +96,7 @@ Box CellShape::pixels(const Box& window) const {
 }
 
 void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
-  Triangle t;
+  Triangle& t = triangles_.emplace_back();
   t.id = corner;
   std::array<mesh::Id, 3>& id = t.id;
   const auto order = [&](std::size_t i, std::size_t j) {
@@ -129,7 +129,6 @@ void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
   }
   t.normal = glm::cross(p[1] - p[0], p[2] - p[0]);
   t.level = glm::dot(p[0], t.normal);
-  triangles_.push_back(t);
 }
 
 // On which side of the line through two projected corners (the form of which is `edge`, its value `at`) a ray passes.

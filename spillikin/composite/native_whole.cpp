@@ -18,26 +18,32 @@ double reach(const Vec3& form) {
   return (std::abs(form.x) + std::abs(form.y)) * tile_size + std::abs(form.z);
 }
 
-// Edges by the ids of their ends; a cell has few.
+// Edges by the ids of their ends, in a table with open addresses that a cell never fills.
 class Edges {
  public:
   explicit Edges(WholeCell& cell) : cell_(cell) { cell_.edge_count = 0; }
   bool full() const { return full_; }
   std::uint8_t find(mesh::Id a, mesh::Id b, const Vec3& form) {
-    for (std::size_t e = 0; e < cell_.edge_count; ++e) {
-      if (ends_[e][0] == a && ends_[e][1] == b) return static_cast<std::uint8_t>(e);
+    std::size_t slot = (a * 0x9e3779b1U ^ b * 0x85ebca6bU) >> (32U - slot_bits);
+    for (; slots_[slot] != 0; slot = (slot + 1) % slots_.size()) {
+      const std::uint8_t e = slots_[slot] - 1U;
+      if (ends_[e][0] == a && ends_[e][1] == b) return e;
     }
     full_ = full_ || cell_.edge_count == WholeCell::max_edges;
     if (full_) return 0;
     const std::size_t e = cell_.edge_count++;
+    slots_[slot] = static_cast<std::uint8_t>(e + 1);
     ends_[e] = {a, b};
     // Only the side matters: scaled to stay within float, the same from every cell.
-    cell_.edge[e] = rounded(form / std::max(reach(form), 1e-300));
+    cell_.edge[e] = rounded(form * (1.0 / std::max(reach(form), 1e-300)));
     return static_cast<std::uint8_t>(e);
   }
 
  private:
+  static constexpr unsigned slot_bits = 7;
+  static_assert(WholeCell::max_edges < (1U << slot_bits));
   WholeCell& cell_;
+  std::array<std::uint8_t, 1U << slot_bits> slots_{};  // an edge + 1, or 0
   std::array<std::array<mesh::Id, 2>, WholeCell::max_edges> ends_;
   bool full_ = false;
 };
@@ -55,12 +61,13 @@ void setPlanes(const TileView& view, const CellShape::Triangle& t, WholeCell::Tr
   out.nearness = rounded(z);
   out.nearest = static_cast<float>(depths.nearness(t.lo));
   out.farthest = static_cast<float>(depths.nearness(t.hi));
-  const auto scaled = [&](int k) { return view.screen->scaled(t.value[static_cast<std::size_t>(k)]); };
-  out.base = static_cast<float>(scaled(0));
-  out.scalar = rounded(((scaled(1) - scaled(0)) * t.edge[2] + (scaled(2) - scaled(0)) * t.edge[0]) * inverse);
-  const auto [lo, hi] = std::minmax({scaled(0), scaled(1), scaled(2)});
-  out.lo = static_cast<float>(lo);
-  out.hi = static_cast<float>(hi);
+  const double a = view.screen->scaled(t.value[0]);
+  const double b = view.screen->scaled(t.value[1]);
+  const double c = view.screen->scaled(t.value[2]);
+  out.base = static_cast<float>(a);
+  out.scalar = rounded(((b - a) * t.edge[2] + (c - a) * t.edge[0]) * inverse);
+  out.lo = static_cast<float>(std::min(std::min(a, b), c));
+  out.hi = static_cast<float>(std::max(std::max(a, b), c));
 }
 
 // A half-space on the ray of a pixel is at + slope * depth >= 0. In perspective the first is constant and the second
