@@ -11,6 +11,7 @@
 #include "spillikin/mesh/build.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 #include "tests/support/meshes.h"
 
@@ -113,6 +114,60 @@ BENCHMARK_CAPTURE(onGrid, centroid, Algorithm::centroid, four_degrees)
 BENCHMARK_CAPTURE(onGrid, mpvonc, Algorithm::mpvonc, four_degrees)
     ->Name("sort/mpvonc")
     ->Arg(55)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+// A million hexahedra with curved faces: the sides of the viewpoint and the problem cells of a new view.
+const mesh::Mesh& hexahedra(std::size_t n) {
+  static std::map<std::size_t, mesh::Mesh> made;
+  const auto [at, fresh] = made.try_emplace(n);
+  if (fresh) at->second = mesh::build(tests::hexahedronGrid(n, 0.2, 1));
+  return at->second;
+}
+
+void problemFaces(benchmark::State& state) {
+  const mesh::Mesh& mesh = hexahedra(static_cast<std::size_t>(state.range(0)));
+  sort::FaceSigns signs(mesh);
+  sort::ProblemFaces problems(mesh, signs);
+  int view = 0;
+  for (auto _ : state) {
+    signs(eye(mesh, view++, four_degrees));
+    problems.update();
+  }
+  const auto faces = static_cast<double>(mesh.quad_count());
+  state.counters["faces/s"] = benchmark::Counter(faces, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["problem cells"] = static_cast<double>(problems.cells());
+}
+BENCHMARK(problemFaces)
+    ->Name("sort/problem-faces")
+    ->Arg(100)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+// Cells in cycles by their curved faces: cut, or subdivided first.
+void curved(benchmark::State& state, sort::CurvedCells road) {
+  const mesh::Mesh& mesh = hexahedra(static_cast<std::size_t>(state.range(0)));
+  const auto sorter = sort::makeSorter(Algorithm::automatic, mesh, road);
+  sort::Order order;
+  int view = 0;
+  std::size_t pieces = 0;
+  for (auto _ : state) {
+    (*sorter)(eye(mesh, view++ % 90, four_degrees), order);
+    pieces += order.cells.size() - mesh.cell_count();
+  }
+  state.counters["added pieces"] = static_cast<double>(pieces) / static_cast<double>(state.iterations());
+}
+BENCHMARK_CAPTURE(curved, cut, sort::CurvedCells::cut)
+    ->Name("sort/curved/cut")
+    ->Arg(40)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(curved, tetrahedra, sort::CurvedCells::tetrahedra)
+    ->Name("sort/curved/tetrahedra")
+    ->Arg(40)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();

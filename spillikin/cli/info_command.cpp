@@ -77,7 +77,11 @@ Json describe(const mesh::Source& source, const mesh::Mesh& mesh, const mesh::Bu
   j["exterior_faces"] = i.exterior_faces;
   j["components"] = i.components;
   j["nonplanar_faces"] = i.nonplanar_faces;
+  j["fanned_faces"] = i.fanned_faces;
+  j["nonplanar_fans"] = i.nonplanar_fans;
   j["nonconvex_cells"] = i.nonconvex_cells;
+  j["nonconvex_polyhedra"] = i.nonconvex_polyhedra;
+  j["folded_cells"] = i.folded_cells;
   j["nonmatching_faces"] = i.nonmatching_faces;
   j["inverted_cells"] = r.inverted;
   j["collapsed_cells"] = r.collapsed;
@@ -121,7 +125,11 @@ void print(const Json& j) {
              j["exterior_faces"].get<std::size_t>());
   printLine("components", j["components"]);
   printLine("non-planar faces", j["nonplanar_faces"]);
+  printLine("fanned polygons", j["fanned_faces"]);
+  printLine("  not planar", j["nonplanar_fans"]);
   printLine("non-convex cells", j["nonconvex_cells"]);
+  printLine("  polyhedra", j["nonconvex_polyhedra"]);
+  printLine("folded cells", j["folded_cells"]);
   printLine("non-matching faces", j["nonmatching_faces"]);
   printLine("inverted cells", j["inverted_cells"]);
   printLine("collapsed cells", j["collapsed_cells"]);

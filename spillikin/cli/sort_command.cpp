@@ -81,6 +81,11 @@ int run(const SortOptions& o) {
   fmt::print("{} entries by {} in {:.4f} s after {:.4f} s of preparation, {:.1f} million cells/s\n", order.cells.size(),
              stats.sort.algorithm, stats.sort.seconds, stats.sort.prepare_seconds, stats.sort.cells_per_second / 1e6);
   fmt::print("{}: {}\n", order.exact ? "exact" : "not proven exact", stats.sort.why);
+  if (order.problems.cells > 0) {
+    fmt::print("{} problem faces, through which a ray leaves a cell and enters it again; {} problem cells\n",
+               order.problems.faces, order.problems.cells);
+  }
+  if (!order.cuts.empty()) fmt::print("{} cells are listed in pieces\n", stats.sort.subdivided_cells);
   for (std::size_t i = 0; i < order.cycles.size() && i < 5; ++i) {
     fmt::print("cycle of {} cells, among them {}\n", order.cycles[i].size(),
                session.drawnMesh().cell_file_id[order.cycles[i].front()]);

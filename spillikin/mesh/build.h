@@ -42,17 +42,26 @@ Mesh build(const Source& source, BuildReport* report = nullptr);
 // the number of such faces is returned. Linear, in parallel.
 std::size_t matchFaces(Mesh& mesh);
 
-// What only a look at the finished mesh tells; for `spillikin info`. Linear, apart from the components (near linear).
-struct Inspection {
+// What is quickly counted. Cost: a look at every cell and face.
+struct Counts {
   std::array<std::size_t, cell_type_count> cells_by_type{};
   std::size_t exterior_faces = 0;
-  std::size_t components = 0;         // of cells joined by faces
-  std::size_t nonplanar_faces = 0;    // quadrilaterals whose two triangles do not lie exactly in one plane
-  std::size_t nonconvex_cells = 0;    // a vertex lies outside the plane of a boundary triangle, beyond rounding
-  std::size_t nonmatching_faces = 0;  // exterior quadrilaterals that two exterior triangles cover, corner to corner
-  Vec3 lower{0.0}, upper{0.0};        // bounding box
-  double volume = 0.0;                // sum over cells
-  std::size_t bytes = 0;              // held by the mesh
+  std::size_t bytes = 0;  // held by the mesh
+};
+Counts count(const Mesh& mesh);
+
+// What only a look at the finished mesh tells; for `spillikin info`. Linear, apart from the components (near linear).
+struct Inspection : Counts {
+  std::size_t components = 0;           // of cells joined by faces
+  std::size_t nonplanar_faces = 0;      // quadrilaterals whose two triangles do not lie exactly in one plane
+  std::size_t fanned_faces = 0;         // polygons of five and more corners, drawn as the fan of triangles
+  std::size_t nonplanar_fans = 0;       // those whose corners do not lie in one plane, beyond rounding
+  std::size_t nonconvex_cells = 0;      // a vertex lies outside the plane of a boundary triangle, beyond rounding
+  std::size_t nonconvex_polyhedra = 0;  // those of them without a fixed form
+  std::size_t folded_cells = 0;         // whose faces cross each other (folded.h)
+  std::size_t nonmatching_faces = 0;    // exterior quadrilaterals that two exterior triangles cover, corner to corner
+  Vec3 lower{0.0}, upper{0.0};          // bounding box
+  double volume = 0.0;                  // sum over cells
 };
 Inspection inspect(const Mesh& mesh);
 

@@ -1,6 +1,7 @@
 #include <oneapi/tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -8,6 +9,8 @@
 #include <unordered_set>
 
 #include "spillikin/mesh/build.h"
+#include "spillikin/mesh/cell_faces.h"
+#include "spillikin/mesh/folded.h"
 #include "spillikin/mesh/parallel.h"
 #include "spillikin/mesh/predicates.h"
 
@@ -27,7 +30,6 @@ class Inspector {
     lookAtCells();
     result_.components = components();
     result_.nonmatching_faces = nonmatching();
-    result_.bytes = bytes();
     result_.lower = mesh_.points.empty() ? Vec3(0.0) : mesh_.points.front();
     result_.upper = result_.lower;
     for (const Vec3& p : mesh_.points) {
@@ -39,47 +41,68 @@ class Inspector {
 
  private:
   void countFaces() {
-    for (const CellType type : mesh_.cell_type)
-      ++result_.cells_by_type[static_cast<std::size_t>(type)];
-    const auto is_exterior = [](const std::array<Id, 2>& cells) { return cells[1] == none; };
-    result_.exterior_faces =
-        static_cast<std::size_t>(std::count_if(mesh_.triangle_cells.begin(), mesh_.triangle_cells.end(), is_exterior) +
-                                 std::count_if(mesh_.quad_cells.begin(), mesh_.quad_cells.end(), is_exterior));
+    static_cast<Counts&>(result_) = count(mesh_);
     result_.nonplanar_faces =
         static_cast<std::size_t>(std::count_if(mesh_.quad.begin(), mesh_.quad.end(), [&](const std::array<Id, 4>& q) {
           return orient3d(mesh_.points[q[0]], mesh_.points[q[1]], mesh_.points[q[2]], mesh_.points[q[3]]) != 0;
         }));
+    result_.folded_cells = foldedCells(mesh_).size();
   }
 
   // Sums over blocks of fixed bounds, added in order: the same volume whatever the threads.
   void lookAtCells() {
     struct Part {
       double volume = 0.0;
-      std::size_t nonconvex = 0;
+      std::size_t nonconvex = 0, nonconvex_polyhedra = 0, fans = 0, nonplanar_fans = 0;
     };
     std::vector<Part> blocks(blockCount(mesh_.cell_count()));
     parallelBlocks(mesh_.cell_count(), [&](std::size_t b, std::size_t begin, std::size_t end) {
       Surface boundary;
       for (std::size_t c = begin; c < end; ++c) {
         surface(mesh_, static_cast<Id>(c), boundary);
-        blocks[b].volume += volumeInside(boundary);
+        blocks[b].volume += enclosedVolume(mesh_.points, boundary);
         const bool tetrahedron = mesh_.cell_type[c] == CellType::tetrahedron;
-        if (!tetrahedron && !convex(static_cast<Id>(c), boundary)) ++blocks[b].nonconvex;
+        if (!tetrahedron && !convex(static_cast<Id>(c), boundary)) {
+          ++blocks[b].nonconvex;
+          blocks[b].nonconvex_polyhedra += mesh_.cell_type[c] == CellType::polyhedron ? 1U : 0U;
+        }
+        countFans(static_cast<Id>(c), blocks[b].fans, blocks[b].nonplanar_fans);
       }
     });
     for (const Part& part : blocks) {
       result_.volume += part.volume;
       result_.nonconvex_cells += part.nonconvex;
+      result_.nonconvex_polyhedra += part.nonconvex_polyhedra;
+      result_.fanned_faces += part.fans;
+      result_.nonplanar_fans += part.nonplanar_fans;
     }
   }
 
-  double volumeInside(const Surface& boundary) const {
-    const Vec3 origin = mesh_.points[boundary.triangles.front()[0]];
-    double sum = 0.0;
-    for (const auto& [a, b, c] : boundary.triangles) {
-      sum += glm::dot(mesh_.points[a] - origin, glm::cross(mesh_.points[b] - origin, mesh_.points[c] - origin));
+  // Polygons of five and more corners, each on the side that it is stored from.
+  void countFans(Id cell, std::size_t& fans, std::size_t& nonplanar) const {
+    if (vertexCount(mesh_.cell_type[cell]) != 0 && vertexCount(mesh_.cell_type[cell]) < 10) return;
+    const FaceUse* use = mesh_.cell_face.data() + mesh_.cell_face_offset[cell];
+    forEachPolygon(mesh_, cell, [&](std::span<const Id> polygon) {
+      const bool counts = polygon.size() > 4 && use->side() == 0;
+      use += polygon.size() > 4 ? polygon.size() - 2 : 1;
+      if (!counts) return;
+      ++fans;
+      if (!planar(polygon)) ++nonplanar;
+    });
+  }
+
+  // Beyond rounding, since five points are hardly ever exactly in one plane.
+  bool planar(std::span<const Id> polygon) const {
+    const Vec3& origin = mesh_.points[polygon[0]];
+    Vec3 normal(0.0);
+    double extent = 0.0;
+    for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
+      normal += glm::cross(mesh_.points[polygon[i]] - origin, mesh_.points[polygon[i + 1]] - origin);
+      extent = std::max(extent, glm::length(mesh_.points[polygon[i + 1]] - origin));
     }
-    return sum / 6.0;
+    const double limit = convexity_tolerance * extent * glm::length(normal);
+    return std::all_of(polygon.begin(), polygon.end(),
+                       [&](Id v) { return std::abs(glm::dot(normal, mesh_.points[v] - origin)) <= limit; });
   }
 
   bool convex(Id cell, const Surface& boundary) const {
@@ -162,20 +185,28 @@ class Inspector {
     return count;
   }
 
-  std::size_t bytes() const {
-    const auto of = [](const auto&... lists) { return (std::size_t{0} + ... + (lists.capacity() * sizeof(lists[0]))); };
-    return of(mesh_.points, mesh_.point_file_id, mesh_.cell_type, mesh_.cell_vertex_offset, mesh_.cell_vertex,
-              mesh_.cell_file_id, mesh_.triangle, mesh_.triangle_cells, mesh_.quad, mesh_.quad_cells,
-              mesh_.cell_face_offset, mesh_.cell_face) +
-           of(mesh_.polyhedron_index, mesh_.polyhedron_polygons, mesh_.polygon_offset, mesh_.polygon_vertex,
-              mesh_.made_offset, mesh_.made_point, mesh_.made_weight);
-  }
-
   const Mesh& mesh_;
   Inspection result_;
 };
 
 }  // namespace
+
+Counts count(const Mesh& mesh) {
+  Counts counts;
+  for (const CellType type : mesh.cell_type)
+    ++counts.cells_by_type[static_cast<std::size_t>(type)];
+  const auto is_exterior = [](const std::array<Id, 2>& cells) { return cells[1] == none; };
+  counts.exterior_faces =
+      static_cast<std::size_t>(std::count_if(mesh.triangle_cells.begin(), mesh.triangle_cells.end(), is_exterior) +
+                               std::count_if(mesh.quad_cells.begin(), mesh.quad_cells.end(), is_exterior));
+  const auto of = [](const auto&... lists) { return (std::size_t{0} + ... + (lists.capacity() * sizeof(lists[0]))); };
+  counts.bytes =
+      of(mesh.points, mesh.point_file_id, mesh.cell_type, mesh.cell_vertex_offset, mesh.cell_vertex, mesh.cell_file_id,
+         mesh.triangle, mesh.triangle_cells, mesh.quad, mesh.quad_cells, mesh.cell_face_offset, mesh.cell_face) +
+      of(mesh.polyhedron_index, mesh.polyhedron_polygons, mesh.polygon_offset, mesh.polygon_vertex, mesh.made_offset,
+         mesh.made_point, mesh.made_weight);
+  return counts;
+}
 
 Inspection inspect(const Mesh& mesh) {
   return Inspector(mesh).run();

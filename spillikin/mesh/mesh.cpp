@@ -1,5 +1,7 @@
 #include "spillikin/mesh/mesh.h"
 
+#include <glm/geometric.hpp>
+
 #include "spillikin/mesh/cell_faces.h"
 
 namespace spillikin::mesh {
@@ -74,6 +76,15 @@ void surface(const Mesh& mesh, Id cell, Surface& out) {
     });
     if (one_face) ++use;
   });
+}
+
+double enclosedVolume(const std::vector<Vec3>& points, const Surface& surface) {
+  if (surface.triangles.empty()) return 0.0;
+  const Vec3& apex = points[surface.triangles.front()[0]];
+  double six = 0.0;
+  for (const auto& [a, b, c] : surface.triangles)
+    six += glm::dot(points[a] - apex, glm::cross(points[b] - apex, points[c] - apex));
+  return six / 6.0;
 }
 
 }  // namespace spillikin::mesh

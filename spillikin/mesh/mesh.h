@@ -116,4 +116,8 @@ struct Surface {
 // Fills `out` with the boundary of `cell`. Cost: linear in the faces of the cell.
 void surface(const Mesh& mesh, Id cell, Surface& out);
 
+// The volume inside a closed surface whose vertices lie at `points`: the sum of the cones from one vertex, so that it
+// is right for any shape; negative where the triangles face inward. In double, not exact. 0 without triangles.
+double enclosedVolume(const std::vector<Vec3>& points, const Surface& surface);
+
 }  // namespace spillikin::mesh

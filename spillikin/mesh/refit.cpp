@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <glm/geometric.hpp>
 #include <span>
 
 #include "spillikin/base/error.h"
@@ -36,25 +35,14 @@ class Hash {
   std::uint64_t state_ = 0xcbf29ce484222325ULL;
 };
 
-// Six times the volume that the boundary triangles enclose.
-double sixVolumes(const Mesh& mesh, const std::vector<Vec3>& points, Id cell, Surface& scratch) {
-  surface(mesh, cell, scratch);
-  if (scratch.triangles.empty()) return 0.0;
-  const Vec3& apex = points[scratch.triangles.front()[0]];
-  double six = 0.0;
-  for (const auto& t : scratch.triangles) {
-    six += glm::dot(points[t[0]] - apex, glm::cross(points[t[1]] - apex, points[t[2]] - apex));
-  }
-  return six;
-}
-
 bool allPositive(const Mesh& mesh, const std::vector<Vec3>& points) {
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, mesh.cell_count(), 4096), true,
       [&](const auto& range, bool good) {
         Surface scratch;
         for (std::size_t c = range.begin(); good && c < range.end(); ++c) {
-          good = sixVolumes(mesh, points, static_cast<Id>(c), scratch) > 0.0;
+          surface(mesh, static_cast<Id>(c), scratch);
+          good = enclosedVolume(points, scratch) > 0.0;
         }
         return good;
       },
@@ -81,6 +69,9 @@ bool refit(Mesh& mesh, const BuildReport& report, const Source& source) {
   const bool depends_on_places =
       report.merged_points + report.coincident_points + report.degenerate + report.quadratic + report.unclosed > 0;
   if (depends_on_places) return false;
+  // The hull of a convex point set may have other faces when its points have moved.
+  if (std::find(source.types.begin(), source.types.end(), vtk_cell::convex_point_set) != source.types.end())
+    return false;
   std::vector<Vec3> points(mesh.points.size());
   for (std::size_t v = 0; v < points.size(); ++v) {
     const Vec3& p = source.points.at(mesh.point_file_id[v]);

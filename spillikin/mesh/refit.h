@@ -15,8 +15,8 @@ std::uint64_t topologyFingerprint(const Source& source);
 
 // Moves the vertices of `mesh` to their places in `source`, a step with the same topology as the one it was built from
 // with `report`. False, with the mesh untouched, when the build must be done again because it depended on the places:
-// points were merged or lay together, cells were made or dropped, or a cell would turn inside out or flat. Throws Error
-// for coordinates that are not finite, as build does. Cost: linear, a small part of build.
+// points were merged or lay together, cells were made or dropped or are convex point sets, or a cell would turn inside
+// out or flat. Throws Error for coordinates that are not finite, as build does. Cost: linear, a small part of build.
 bool refit(Mesh& mesh, const BuildReport& report, const Source& source);
 
 // Adds `scale` times a point array of three components to the points of a source: displacements as solvers write them.

@@ -7,6 +7,7 @@
 
 #include "spillikin/mesh/build.h"
 #include "spillikin/mesh/cell_faces.h"
+#include "spillikin/mesh/interior_point.h"
 #include "spillikin/mesh/parallel.h"
 #include "spillikin/mesh/predicates.h"
 
@@ -88,20 +89,71 @@ void tetrahedra(const Mesh& mesh, Id cell, std::vector<Tetrahedron>& out) {
 
 namespace {
 
-// The tetrahedra of a cell with volume, each turned to positive orientation: in a folded cell some come inside out.
-void solidTetrahedra(const Mesh& mesh, Id cell, std::vector<Tetrahedron>& out) {
-  tetrahedra(mesh, cell, out);
-  std::size_t kept = 0;
-  for (Tetrahedron t : out) {
-    const int sign = orient3d(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], mesh.points[t[3]]);
-    if (sign < 0) {
-      std::swap(t[0], t[1]);
-    }
-    if (sign != 0) {
-      out[kept++] = t;
+int orientation(const Mesh& mesh, const Tetrahedron& t) {
+  return orient3d(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], mesh.points[t[3]]);
+}
+
+// What one block of cells becomes. Corners from first_centre onwards are the block's own points inside cells.
+constexpr Id first_centre = Id{1} << 31U;
+struct Block {
+  std::vector<Tetrahedron> tetrahedra;
+  std::vector<Id> parent;
+  std::vector<InteriorPoint> centres;
+  std::vector<Id> unfilled;
+
+  void add(const Tetrahedron& t, Id cell) {
+    tetrahedra.push_back(t);
+    parent.push_back(cell);
+  }
+};
+
+class CellCutter {
+ public:
+  CellCutter(const Mesh& mesh, Block& block) : mesh_(mesh), block_(block) {}
+
+  void cut(Id cell) {
+    tetrahedra(mesh_, cell, pieces_);
+    const bool filled =
+        std::all_of(pieces_.begin(), pieces_.end(), [&](const Tetrahedron& t) { return orientation(mesh_, t) >= 0; });
+    if (!filled && fromInside(cell)) return;
+    if (!filled) block_.unfilled.push_back(cell);
+    for (Tetrahedron t : pieces_) {
+      const int sign = orientation(mesh_, t);
+      if (sign < 0) std::swap(t[0], t[1]);
+      if (sign != 0) block_.add(t, cell);
     }
   }
-  out.resize(kept);
+
+ private:
+  bool fromInside(Id cell) {
+    surface(mesh_, cell, boundary_);
+    InteriorPoint centre;
+    if (!interiorPoint(mesh_, cell, boundary_, centre)) return false;
+    const Id apex = first_centre + static_cast<Id>(block_.centres.size());
+    block_.centres.push_back(std::move(centre));
+    for (const auto& [a, b, c] : boundary_.triangles)
+      block_.add({a, c, b, apex}, cell);
+    return true;
+  }
+
+  const Mesh& mesh_;
+  Block& block_;
+  std::vector<Tetrahedron> pieces_;
+  Surface boundary_;
+};
+
+// Points inside cells become vertices behind those of the mesh.
+void addCentres(const std::vector<Block>& blocks, Tetrahedralization& result) {
+  for (const Block& block : blocks) {
+    for (const InteriorPoint& centre : block.centres) {
+      result.mesh.points.push_back(centre.place);
+      result.mesh.point_file_id.push_back(none);
+      result.centre_vertex.insert(result.centre_vertex.end(), centre.vertex.begin(), centre.vertex.end());
+      result.centre_weight.insert(result.centre_weight.end(), centre.weight.begin(), centre.weight.end());
+      result.centre_offset.push_back(static_cast<Id>(result.centre_vertex.size()));
+    }
+    result.unfilled.insert(result.unfilled.end(), block.unfilled.begin(), block.unfilled.end());
+  }
 }
 
 }  // namespace
@@ -109,22 +161,16 @@ void solidTetrahedra(const Mesh& mesh, Id cell, std::vector<Tetrahedron>& out) {
 Tetrahedralization tetrahedralize(const Mesh& mesh) {
   const std::size_t cells = mesh.cell_count();
   // Per block of cells the tetrahedra, then joined in order: the result does not depend on the number of threads.
-  struct Block {
-    std::vector<Tetrahedron> tetrahedra;
-    std::vector<Id> parent;
-  };
   std::vector<Block> blocks(blockCount(cells));
   parallelBlocks(cells, [&](std::size_t b, std::size_t begin, std::size_t end) {
-    std::vector<Tetrahedron> pieces;
-    for (std::size_t cell = begin; cell < end; ++cell) {
-      solidTetrahedra(mesh, static_cast<Id>(cell), pieces);
-      blocks[b].tetrahedra.insert(blocks[b].tetrahedra.end(), pieces.begin(), pieces.end());
-      blocks[b].parent.insert(blocks[b].parent.end(), pieces.size(), static_cast<Id>(cell));
-    }
+    CellCutter cutter(mesh, blocks[b]);
+    for (std::size_t cell = begin; cell < end; ++cell)
+      cutter.cut(static_cast<Id>(cell));
   });
-  std::vector<std::size_t> start(blocks.size() + 1, 0);
+  std::vector<std::size_t> start(blocks.size() + 1, 0), centre(blocks.size() + 1, mesh.points.size());
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     start[b + 1] = start[b] + blocks[b].tetrahedra.size();
+    centre[b + 1] = centre[b] + blocks[b].centres.size();
   }
 
   Tetrahedralization result;
@@ -132,6 +178,10 @@ Tetrahedralization tetrahedralize(const Mesh& mesh) {
   out.name = mesh.name;
   out.points = mesh.points;
   out.point_file_id = mesh.point_file_id;
+  out.made_offset = mesh.made_offset;
+  out.made_point = mesh.made_point;
+  out.made_weight = mesh.made_weight;
+  addCentres(blocks, result);
   const std::size_t count = start.back();
   out.cell_type.assign(count, CellType::tetrahedron);
   out.cell_vertex_offset.resize(count + 1);
@@ -143,8 +193,10 @@ Tetrahedralization tetrahedralize(const Mesh& mesh) {
       [&](std::size_t b) {
         std::size_t to = start[b];
         for (std::size_t i = 0; i < blocks[b].tetrahedra.size(); ++i, ++to) {
-          std::copy_n(blocks[b].tetrahedra[i].begin(), 4,
-                      out.cell_vertex.begin() + static_cast<std::ptrdiff_t>(4 * to));
+          for (std::size_t k = 0; k < 4; ++k) {
+            const Id v = blocks[b].tetrahedra[i][k];
+            out.cell_vertex[4 * to + k] = v < first_centre ? v : static_cast<Id>(centre[b] + (v - first_centre));
+          }
           out.cell_vertex_offset[to] = static_cast<Id>(4 * to);
           result.parent[to] = blocks[b].parent[i];
           out.cell_file_id[to] = mesh.cell_file_id[blocks[b].parent[i]];
@@ -153,6 +205,27 @@ Tetrahedralization tetrahedralize(const Mesh& mesh) {
       1);
   out.cell_vertex_offset[count] = static_cast<Id>(4 * count);
   matchFaces(out);
+  return result;
+}
+
+Field tetrahedraField(const Tetrahedralization& tetrahedra, const Field& field) {
+  Field result = field;
+  const auto inherit = [&](const auto& from, auto& to) {
+    to.resize(tetrahedra.parent.size());
+    for (std::size_t t = 0; t < to.size(); ++t)
+      to[t] = from[tetrahedra.parent[t]];
+  };
+  if (!field.hidden.empty()) inherit(field.hidden, result.hidden);
+  if (field.association == Association::cells) {
+    inherit(field.values, result.values);
+    return result;
+  }
+  for (std::size_t k = 0; k + 1 < tetrahedra.centre_offset.size(); ++k) {
+    double value = 0.0;
+    for (Id i = tetrahedra.centre_offset[k]; i < tetrahedra.centre_offset[k + 1]; ++i)
+      value += tetrahedra.centre_weight[i] * field.values[tetrahedra.centre_vertex[i]];
+    result.values.push_back(value);
+  }
   return result;
 }
 

@@ -27,17 +27,6 @@ Vec3 rotated(const Vec3& v, const Vec3& axis, double angle) {
   return v * c + glm::cross(axis, v) * s + axis * (glm::dot(axis, v) * (1.0 - c));
 }
 
-// Sum of the signed volumes of the cones from the first vertex to the boundary triangles: exact for any closed
-// surface, convex or not.
-double volume(const mesh::Mesh& mesh, const mesh::Surface& surface) {
-  const Vec3& apex = mesh.points[surface.triangles.front()[0]];
-  double six = 0.0;
-  for (const auto& t : surface.triangles) {
-    six += glm::dot(mesh.points[t[0]] - apex, glm::cross(mesh.points[t[1]] - apex, mesh.points[t[2]] - apex));
-  }
-  return std::abs(six) / 6.0;
-}
-
 struct Lump {
   Vec3 middle{0.0};
   double depth = 0.0;  // extinction times volume
@@ -61,7 +50,7 @@ std::vector<Lump> lumps(const mesh::Mesh& mesh, const mesh::Field& field, const 
     const double n = static_cast<double>(vertices.size());
     lump.middle /= n;
     extinction = field.association == mesh::Association::cells ? look(field.values[c]).extinction : extinction / n;
-    lump.depth = extinction * volume(mesh, surface);
+    lump.depth = extinction * std::abs(mesh::enclosedVolume(mesh.points, surface));
     all.push_back(lump);
   }
   return all;

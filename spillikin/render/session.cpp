@@ -1,6 +1,7 @@
 #include "spillikin/render/session.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/mesh/folded.h"
 #include "spillikin/mesh/refit.h"
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/project/camera.h"
@@ -28,6 +30,16 @@ class Clock {
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+// Cells that are listed in more than one piece.
+std::size_t subdividedCells(const sort::Order& order) {
+  std::vector<mesh::Id> cells;
+  cells.reserve(order.cuts.size());
+  for (const sort::Cut& cut : order.cuts)
+    cells.push_back(order.cells[cut.entry]);
+  std::sort(cells.begin(), cells.end());
+  return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
+}
 
 }  // namespace
 
@@ -107,6 +119,7 @@ struct Session::Impl {
   const mesh::Field& drawnField();
   void build();
   void newGeometry();
+  void warnOfFolds();
   void chooseCompositor();
   bool certificateWillDo();
   Sorted& sort(bool behind_certificate);
@@ -126,18 +139,37 @@ void Session::Impl::build() {
   for (const std::string& line : report.warnings)
     warn(line);
   newGeometry();
+  warnOfFolds();
   stats.build_seconds = timer.seconds();
   stats.adjacency_reused = false;
-  const mesh::Inspection inspection = mesh::inspect(mesh);
+  const mesh::Counts counts = mesh::count(mesh);
   stats.cells = mesh.cell_count();
   stats.cells_by_type.clear();
   for (std::size_t t = 0; t < mesh::cell_type_count; ++t) {
-    if (inspection.cells_by_type[t] == 0) continue;
-    stats.cells_by_type[mesh::name(static_cast<mesh::CellType>(t))] = inspection.cells_by_type[t];
+    if (counts.cells_by_type[t] == 0) continue;
+    stats.cells_by_type[mesh::name(static_cast<mesh::CellType>(t))] = counts.cells_by_type[t];
   }
   stats.faces = mesh.face_count();
-  stats.exterior_faces = inspection.exterior_faces;
-  stats.bytes_per_cell = static_cast<double>(inspection.bytes) / static_cast<double>(mesh.cell_count());
+  stats.exterior_faces = counts.exterior_faces;
+  stats.bytes_per_cell = static_cast<double>(counts.bytes) / static_cast<double>(mesh.cell_count());
+}
+
+// Cells whose faces cross each other have no picture: said with the file's ids of the first few.
+void Session::Impl::warnOfFolds() {
+  constexpr std::size_t named = 8;
+  const std::vector<mesh::Id> folded = mesh::foldedCells(mesh);
+  if (folded.empty()) return;
+  std::vector<mesh::Id> ids;
+  for (const mesh::Id cell : folded)
+    ids.push_back(mesh.cell_file_id[cell]);
+  std::sort(ids.begin(), ids.end());
+  const bool more = ids.size() > named;
+  ids.resize(std::min(ids.size(), named));
+  warn(
+      fmt::format("{}: {} folded cell{}, whose faces cross each other so that they overlap; where they lie the picture "
+                  "means nothing: cell{} {}{}",
+                  mesh.name.empty() ? "the mesh" : mesh.name, folded.size(), folded.size() == 1 ? "" : "s",
+                  ids.size() == 1 ? "" : "s", fmt::join(ids, ", "), more ? ", ..." : ""));
 }
 
 // What was made of the places of the vertices is made again.
@@ -154,7 +186,16 @@ void Session::Impl::newGeometry() {
 
 const mesh::Mesh& Session::Impl::drawnMesh() {
   if (engine.projection != Projection::tets || mesh.tetrahedral()) return mesh;
-  if (!tets) tets = mesh::tetrahedralize(mesh);
+  if (!tets) {
+    tets = mesh::tetrahedralize(mesh);
+    if (!tets->unfilled.empty()) {
+      warn(fmt::format(
+          "{}: {} cells cannot be cut into tetrahedra that fill them, the first is cell {}; draw them whole "
+          "(--project zoo)",
+          mesh.name.empty() ? "the mesh" : mesh.name, tets->unfilled.size(),
+          mesh.cell_file_id[tets->unfilled.front()]));
+    }
+  }
   return tets->mesh;
 }
 
@@ -162,14 +203,7 @@ const mesh::Mesh& Session::Impl::drawnMesh() {
 const mesh::Field& Session::Impl::drawnField() {
   if (&drawnMesh() == &mesh) return field;
   if (tet_field) return *tet_field;
-  tet_field = field;
-  const auto inherit = [&](const auto& from, auto& to) {
-    to.resize(tets->parent.size());
-    for (std::size_t t = 0; t < to.size(); ++t)
-      to[t] = from[tets->parent[t]];
-  };
-  if (field.association == mesh::Association::cells) inherit(field.values, tet_field->values);
-  if (!field.hidden.empty()) inherit(field.hidden, tet_field->hidden);
+  tet_field = mesh::tetrahedraField(*tets, field);
   return *tet_field;
 }
 
@@ -211,6 +245,7 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
   }
   if (!s.ordered) {
     const Clock timer;
+    s.order.problems = {};
     (*s.sorter)(viewpoint(view), s.order);
     s.ordered = true;
     s.seconds = timer.seconds();
@@ -220,6 +255,10 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
   stats.sort.algorithm = sort::name(s.sorter->algorithm());
   stats.sort.cells_per_second = static_cast<double>(s.order.cells.size()) / std::max(s.seconds, 1e-9);
   stats.sort.cycles = s.order.cycles.size();
+  stats.sort.problems_known = s.order.problems.known;
+  stats.sort.problem_faces = s.order.problems.faces;
+  stats.sort.problem_cells = s.order.problems.cells;
+  stats.sort.subdivided_cells = subdividedCells(s.order);
   stats.sort.exact = s.order.exact;
   stats.sort.road = behind_certificate ? "certificate" : "order";
   stats.sort.why = behind_certificate
@@ -253,6 +292,7 @@ void Session::setSource(mesh::Source source) {
     for (const std::string& line : s.report.warnings)
       s.warn(line);
     s.newGeometry();
+    s.warnOfFolds();
     s.stats.build_seconds = timer.seconds();
     s.stats.adjacency_reused = true;
     return;

@@ -7,6 +7,9 @@
 namespace spillikin::render {
 
 std::string toJson(const Stats& s) {
+  const auto known = [&](std::size_t count) {
+    return s.sort.problems_known ? nlohmann::ordered_json(count) : nlohmann::ordered_json();
+  };
   nlohmann::ordered_json j;
   j["cells"] = s.cells;
   j["cells_by_type"] = s.cells_by_type;
@@ -17,6 +20,9 @@ std::string toJson(const Stats& s) {
                {"prepare_seconds", s.sort.prepare_seconds},
                {"cells_per_second", s.sort.cells_per_second},
                {"cycles", s.sort.cycles},
+               {"problem_faces", known(s.sort.problem_faces)},
+               {"problem_cells", known(s.sort.problem_cells)},
+               {"subdivided_cells", s.sort.subdivided_cells},
                {"exact", s.sort.exact},
                {"why", s.sort.why},
                {"road", s.sort.road}};

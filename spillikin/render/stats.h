@@ -18,7 +18,10 @@ struct Stats {
     std::string algorithm;
     double seconds = 0.0, prepare_seconds = 0.0, cells_per_second = 0.0;
     std::size_t cycles = 0;
-    bool exact = false;  // the order is proven
+    bool problems_known = false;                       // the algorithm looks at faces
+    std::size_t problem_faces = 0, problem_cells = 0;  // that a ray leaves a cell through and enters it again
+    std::size_t subdivided_cells = 0;                  // drawn in more than one piece
+    bool exact = false;                                // the order is proven
     std::string why;
     std::string road;  // "order": the picture trusts it; "certificate": it is checked and repaired pixel by pixel
   } sort;

@@ -11,13 +11,20 @@ static_assert(DepthBands::bands % slabs == 0 && slabs * places < ExteriorTree::n
 }  // namespace
 
 BspXmpvo::BspXmpvo(const mesh::Mesh& mesh)
-    : mesh_(mesh), signs_(mesh), layered_(mesh), gaps_(mesh, signs_), turns_(mesh, gaps_), tree_(gaps_.tree()) {}
+    : mesh_(mesh),
+      signs_(mesh),
+      layered_(mesh),
+      problems_(mesh, signs_, CurvedCells::cut),
+      gaps_(mesh, signs_),
+      turns_(mesh, gaps_),
+      tree_(gaps_.tree()) {}
 
 void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
   order.exact = true;
   signs_(viewpoint);
+  problems_.begin(order);
   tree_.place(viewpoint, [&](std::uint32_t t) { return gaps_.sign(t); });
   const DepthBands bands(gaps_.tree().lower(), gaps_.tree().upper(), viewpoint);
   turns_.begin([&](std::uint32_t t, int sign) {
@@ -27,7 +34,7 @@ void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
     return static_cast<Turn>(1 + slab * places + place);
   });
   if (layered_(signs_, order, nullptr, turns_.data()) < mesh_.cell_count() || !turns_.settle(viewpoint, layered_)) {
-    orderByEdges(mesh_, signs_, layered_, gaps_, viewpoint, extra_, order);
+    orderByEdges(mesh_, signs_, layered_, gaps_, problems_, viewpoint, extra_, order);
     return;
   }
   by_turn_(turns_.turns(), order.cells);
@@ -40,8 +47,8 @@ std::string BspXmpvo::why() const {
 }
 
 std::size_t BspXmpvo::bytes() const {
-  return signs_.bytes() + layered_.bytes() + gaps_.bytes() + turns_.bytes() + tree_.bytes() + by_turn_.bytes() +
-         4 * (extra_.offset.capacity() + extra_.successor.capacity());
+  return signs_.bytes() + layered_.bytes() + problems_.bytes() + gaps_.bytes() + turns_.bytes() + tree_.bytes() +
+         by_turn_.bytes() + 4 * (extra_.offset.capacity() + extra_.successor.capacity());
 }
 
 }  // namespace spillikin::sort

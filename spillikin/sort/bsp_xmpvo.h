@@ -7,6 +7,7 @@
 #include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/gap_turns.h"
 #include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 
 namespace spillikin::sort {
@@ -40,6 +41,7 @@ class BspXmpvo final : public Sorter {
   const mesh::Mesh& mesh_;
   FaceSigns signs_;
   LayeredSort layered_;
+  ProblemCells problems_;
   GapEdges gaps_;
   GapTurns turns_;
   BspTree tree_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "spillikin/mesh/predicates.h"
@@ -57,18 +58,16 @@ std::uint32_t indexOf(std::span<const mesh::Id> ascending, mesh::Id cell) {
 
 }  // namespace
 
-CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps)
-    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), gaps_(gaps) {}
+CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps,
+                         ProblemCells& problems)
+    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), gaps_(gaps), problems_(problems) {}
 
 bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) {
   pieces_.clear();
   edges_.clear();
   Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
   double largest = 0.0;
-  Nodes nodes;
   for (const mesh::Id cell : component) {
-    nodes.push_back(static_cast<std::uint32_t>(pieces_.size()));
-    pieces_.push_back({cell, {}});
     for (const mesh::Id v : mesh_.vertices(cell)) {
       for (int k = 0; k < 3; ++k) {
         lower[k] = std::min(lower[k], mesh_.points[v][k]);
@@ -81,12 +80,88 @@ bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) 
   tolerance_ = std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
   cuts_left_ = most_cuts * component.size() + 16;
   large_rounds_ = 0;
+  makePieces(component);
   faceEdges(component);
   if (gaps_ != nullptr) gapEdges(component);
+  Nodes nodes(pieces_.size());
+  std::iota(nodes.begin(), nodes.end(), 0U);
   Edges edges(edges_.size());
   for (std::uint32_t e = 0; e < edges.size(); ++e)
     edges[e] = e;
   return resolve(std::move(nodes), std::move(edges), order);
+}
+
+// A piece for every cell, or one for every tetrahedron of a cell that is subdivided.
+void CycleCutter::makePieces(std::span<const mesh::Id> component) {
+  first_piece_.clear();
+  for (const mesh::Id cell : component) {
+    first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+    if (problems_.subdivide(cell)) {
+      makeTetrahedra(problems_[cell]);
+    } else {
+      pieces_.push_back({cell, {}});
+    }
+  }
+}
+
+void CycleCutter::makeTetrahedra(const mesh::SubdividedCell& cell) {
+  const auto first = static_cast<std::uint32_t>(pieces_.size());
+  pieces_.resize(pieces_.size() + cell.tetrahedra.size(), {cell.parent, {}});
+  for (const mesh::InnerFace& face : cell.inner) {
+    const Vec3 &a = mesh_.points[face.vertex[0]], &b = mesh_.points[face.vertex[1]], &c = mesh_.points[face.vertex[2]];
+    const std::uint32_t behind = first + face.tetrahedron[0], beyond = first + face.tetrahedron[1];
+    const int s = mesh::orientViewpoint(a, b, c, viewpoint_);
+    const Vec3 n = cross(b - a, c - a);
+    const double length = std::sqrt(dot(n, n));
+    if (length > 0.0) {
+      const HalfSpace half{n / length, -dot(n / length, a)};
+      pieces_[beyond].keep.push_back(half);
+      pieces_[behind].keep.push_back(opposite(half));
+    }
+    Polygon polygon{a, b, c};
+    if (s != 0 && seen(polygon, viewpoint_, tolerance_)) {
+      edges_.push_back({s > 0 ? behind : beyond, s > 0 ? beyond : behind, std::move(polygon), {}});
+    }
+  }
+  for (std::size_t t = 0; t < cell.tetrahedra.size(); ++t)
+    keepInside(cell, t, pieces_[first + t]);
+}
+
+// The planes between its tetrahedra part a convex cell. Where it is not, another part of it may lie beyond a triangle
+// of its own boundary.
+void CycleCutter::keepInside(const mesh::SubdividedCell& cell, std::size_t tetrahedron, Piece& piece) const {
+  mesh::Surface boundary;
+  mesh::surface(mesh_, cell.parent, boundary);
+  for (std::size_t k = 0; k < boundary.triangles.size(); ++k) {
+    if (cell.outer[k] != tetrahedron) continue;
+    const auto& t = boundary.triangles[k];
+    const Vec3 &a = mesh_.points[t[0]], &b = mesh_.points[t[1]], &c = mesh_.points[t[2]];
+    const auto vertices = mesh_.vertices(cell.parent);
+    const bool beyond = std::any_of(vertices.begin(), vertices.end(),
+                                    [&](mesh::Id v) { return mesh::orient3d(a, b, c, mesh_.points[v]) > 0; });
+    const Vec3 n = cross(b - a, c - a);
+    const double length = std::sqrt(dot(n, n));
+    if (beyond && length > 0.0) piece.keep.push_back({-n / length, dot(n / length, a)});
+  }
+}
+
+// The piece of a cell of the component that has triangle `triangle` of its surface.
+std::uint32_t CycleCutter::pieceAt(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t triangle) const {
+  const std::uint32_t first = first_piece_[i];
+  const std::size_t last = i + 1 < first_piece_.size() ? first_piece_[i + 1] : pieces_.size();
+  return last - first == 1 ? first : first + problems_[component[i]].outer[triangle];
+}
+
+// Where a triangular face, or a half of a quadrilateral, stands in the surface of a cell: from side 1 the halves come
+// in the opposite order.
+std::uint32_t CycleCutter::triangleOf(mesh::Id cell, mesh::Id face, bool second) const {
+  std::uint32_t triangle = 0;
+  for (const mesh::FaceUse use : mesh_.faces(cell)) {
+    const bool quad = use.face() >= mesh_.triangle_count();
+    if (use.face() == face) return triangle + (quad && second == (use.side() == 0) ? 1U : 0U);
+    triangle += quad ? 2U : 1U;
+  }
+  return 0;
 }
 
 void CycleCutter::addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row,
@@ -105,28 +180,47 @@ void CycleCutter::faceEdges(std::span<const mesh::Id> component) {
       const mesh::Id other = mesh_.neighbour(use);
       const std::uint32_t j = other == mesh::none ? unset : indexOf(component, other);
       if (j == unset) continue;
-      forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& corner) { addHalf(i, j, row, corner); });
+      bool second = false;
+      forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& corner) {
+        addHalf(pieceAt(component, i, triangleOf(component[i], use.face(), second)),
+                pieceAt(component, j, triangleOf(other, use.face(), second)), row, corner);
+        second = true;
+      });
     }
   }
 }
 
 void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
-  const GapEdges& finder = gaps_->finder;
   for (std::uint32_t i = 0; i < component.size(); ++i) {
     for (const mesh::Id front : gaps_->edges.after(component[i])) {
       const std::uint32_t j = indexOf(component, front);
-      if (j == unset) continue;
-      for (const std::uint32_t exit : finder.trianglesOf(front)) {
-        if (finder.sign(exit) >= 0) continue;
-        for (const std::uint32_t entry : finder.trianglesOf(component[i])) {
-          if (finder.sign(entry) <= 0 || !finder.related(exit, entry, viewpoint_)) continue;
-          const Triangle a = finder.tree().corners(exit), b = finder.tree().corners(entry);
-          if (!seenTogether(a, b, viewpoint_, tolerance_)) continue;
-          Edge edge{i, j, {a.begin(), a.end()}, {b.begin(), b.end()}};
-          narrow(edge);
-          if (!edge.exit.empty()) edges_.push_back(std::move(edge));
-        }
-      }
+      if (j != unset) gapsBetween(component, i, j);
+    }
+    // Out of one tetrahedron of a cell and into another one of it.
+    const bool parts = first_piece_[i] + 1 < (i + 1 < first_piece_.size() ? first_piece_[i + 1] : pieces_.size());
+    if (parts) gapsBetween(component, i, i);
+  }
+}
+
+// Rays that leave cell j of the component, which is in front, and then enter cell i.
+void CycleCutter::gapsBetween(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t j) {
+  const GapEdges& finder = gaps_->finder;
+  const auto piece = [&](std::uint32_t of, std::uint32_t exterior) {
+    const ExteriorTriangle& t = finder.tree().triangles()[exterior];
+    const bool quad = t.face >= mesh_.triangle_count();
+    const bool second = quad && t.corner[1] != mesh_.quad[t.face - mesh_.triangle_count()][1];
+    return pieceAt(component, of, triangleOf(component[of], t.face, second));
+  };
+  for (const std::uint32_t exit : finder.trianglesOf(component[j])) {
+    if (finder.sign(exit) >= 0) continue;
+    for (const std::uint32_t entry : finder.trianglesOf(component[i])) {
+      if (finder.sign(entry) <= 0 || !finder.related(exit, entry, viewpoint_)) continue;
+      const Triangle a = finder.tree().corners(exit), b = finder.tree().corners(entry);
+      if (!seenTogether(a, b, viewpoint_, tolerance_)) continue;
+      Edge edge{piece(i, entry), piece(j, exit), {a.begin(), a.end()}, {b.begin(), b.end()}};
+      if (edge.from == edge.to) continue;
+      narrow(edge);
+      if (!edge.exit.empty()) edges_.push_back(std::move(edge));
     }
   }
 }

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "spillikin/mesh/subdivide.h"
+#include "spillikin/mesh/subdivision_pools.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/gap_edges.h"
+#include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 
 namespace spillikin::sort {
@@ -22,8 +24,10 @@ namespace spillikin::sort {
 // `thin` times the extent of the component is dropped. Cost grows with the square of the component.
 class CycleCutter {
  public:
-  // `gaps`, which may be null: rays leave the mesh and enter it again.
-  CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps);
+  // `gaps`, which may be null: rays leave the mesh and enter it again. `problems`: the problem cells of the view,
+  // which are subdivided first where that is wanted.
+  CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps,
+              ProblemCells& problems);
 
   // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, as for
   // cells that overlap, or after `most_cuts` per cell: it then ignores the relation of a cycle that is seen through the
@@ -59,8 +63,14 @@ class CycleCutter {
   using Nodes = std::vector<std::uint32_t>;
   using Edges = std::vector<std::uint32_t>;
 
+  void makePieces(std::span<const mesh::Id> component);
+  void makeTetrahedra(const mesh::SubdividedCell& cell);
+  void keepInside(const mesh::SubdividedCell& cell, std::size_t tetrahedron, Piece& piece) const;
+  std::uint32_t pieceAt(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t triangle) const;
+  std::uint32_t triangleOf(mesh::Id cell, mesh::Id face, bool second) const;
   void faceEdges(std::span<const mesh::Id> component);
   void gapEdges(std::span<const mesh::Id> component);
+  void gapsBetween(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t j);
   void addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row, const std::array<mesh::Id, 3>& corner);
   void narrow(Edge& edge) const;
   bool resolve(Nodes nodes, Edges edges, Order& order);
@@ -83,11 +93,13 @@ class CycleCutter {
   const FaceSigns& signs_;
   Viewpoint viewpoint_;
   const Gaps* gaps_;
+  ProblemCells& problems_;
   double tolerance_ = 0.0;  // world units
   std::size_t cuts_left_ = 0;
   std::size_t large_rounds_ = 0;
   std::vector<Piece> pieces_;
   std::vector<Edge> edges_;
+  std::vector<std::uint32_t> first_piece_;  // of each cell of the component
   // Of the nodes in hand, by their place among them:
   std::vector<std::uint32_t> local_;  // piece to place
   std::vector<Edges> incident_;

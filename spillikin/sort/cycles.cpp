@@ -6,8 +6,7 @@
 namespace spillikin::sort {
 
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
-                const Viewpoint& viewpoint, Order& order) {
-  if (gaps != nullptr && gaps->edges.empty()) gaps = nullptr;
+                ProblemCells& problems, const Viewpoint& viewpoint, Order& order) {
   std::vector<mesh::Id> left, index(mesh.cell_count(), mesh::none);
   for (mesh::Id c = 0; c < mesh.cell_count(); ++c) {
     if (!layered.left(c)) continue;
@@ -21,7 +20,7 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
       f(index[next]);
   });
   bool right = true;
-  CycleCutter cutter(mesh, signs, viewpoint, gaps);
+  CycleCutter cutter(mesh, signs, viewpoint, gaps, problems);
   std::vector<mesh::Id> cells;
   for (const auto& component : components) {
     cells.clear();
@@ -39,14 +38,15 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
 }
 
 void orderByEdges(const mesh::Mesh& mesh, const FaceSigns& signs, LayeredSort& layered, GapEdges& finder,
-                  const Viewpoint& viewpoint, ExtraEdges& edges, Order& order) {
+                  ProblemCells& problems, const Viewpoint& viewpoint, ExtraEdges& edges, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
   finder(viewpoint, edges);
   order.exact = true;
   if (layered(signs, order, &edges) == mesh.cell_count()) return;
   const Gaps gaps{finder, edges};
-  order.exact = appendLeft(mesh, signs, layered, &gaps, viewpoint, order);
+  order.exact = appendLeft(mesh, signs, layered, &gaps, problems, viewpoint, order);
+  problems.end();
 }
 
 }  // namespace spillikin::sort

@@ -3,6 +3,7 @@
 
 #include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/problem_faces.h"
 
 namespace spillikin::sort {
 
@@ -10,11 +11,11 @@ namespace spillikin::sort {
 // order.cycles and cuts cells of each until it is none. Returns whether the order is right: it is unless the cutter
 // gave up. Linear but for the cycles themselves; serial.
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
-                const Viewpoint& viewpoint, Order& order);
+                ProblemCells& problems, const Viewpoint& viewpoint, Order& order);
 
 // The whole order by faces and by all edges across gaps (left in `edges`), with its layers; cycles are cut. Reads the
 // signs of the viewpoint and overwrites the order. Sets order.exact.
 void orderByEdges(const mesh::Mesh& mesh, const FaceSigns& signs, LayeredSort& layered, GapEdges& finder,
-                  const Viewpoint& viewpoint, ExtraEdges& edges, Order& order);
+                  ProblemCells& problems, const Viewpoint& viewpoint, ExtraEdges& edges, Order& order);
 
 }  // namespace spillikin::sort

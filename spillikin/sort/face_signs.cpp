@@ -74,6 +74,18 @@ std::uint64_t spread(std::uint64_t v) {
   return v;
 }
 
+// A quick way to know most triangles that are seen wider than the tolerance, in perspective at their own distance: a
+// corner's height over the plane through the viewpoint and an edge is this determinant over the length of a product of
+// that edge and a line of sight, which is bounded here. The factor leaves room for rounding.
+bool wide(const Vec3 (&t)[3], const Viewpoint& v, double tolerance) {
+  const auto squared = [](const Vec3& a) { return a.x * a.x + a.y * a.y + a.z * a.z; };
+  const Vec3 b = t[1] - t[0], c = t[2] - t[0], sight = v.w == 0.0 ? Vec3(v) : Vec3(v) - t[0];
+  const double determinant =
+      sight.x * (b.y * c.z - b.z * c.y) + sight.y * (b.z * c.x - b.x * c.z) + sight.z * (b.x * c.y - b.y * c.x);
+  const double edge = std::sqrt(std::max({squared(b), squared(c), squared(c - b)}));
+  return std::abs(determinant) > 4.0 * tolerance * edge * (std::sqrt(squared(sight)) + edge);
+}
+
 struct Box {
   Vec3 lower{std::numeric_limits<double>::infinity()}, upper{-std::numeric_limits<double>::infinity()};
 };
@@ -302,7 +314,10 @@ unsigned FaceSigns::seenHalves(std::size_t quad, const Viewpoint& viewpoint) con
     p[k] = mesh_.points[mesh_.quad[quad][k]];
   const double tolerance = sliver(p);
   const Vec3 first[3] = {p[0], p[1], p[2]}, second[3] = {p[0], p[2], p[3]};
-  return (seen(first, viewpoint, tolerance) ? 1U : 0U) | (seen(second, viewpoint, tolerance) ? 2U : 0U);
+  const auto half = [&](const Vec3(&triangle)[3]) {
+    return wide(triangle, viewpoint, tolerance) || seen(triangle, viewpoint, tolerance);
+  };
+  return (half(first) ? 1U : 0U) | (half(second) ? 2U : 0U);
 }
 
 std::size_t FaceSigns::bytes() const {

@@ -44,6 +44,10 @@ class FaceSigns {
   // What to add to a quadrilateral face's id to get its row as a whole.
   std::size_t quadShift() const { return whole_ - triangles_; }
 
+  // The bits of the quadrilaterals' halves, 32 quadrilaterals a word.
+  const std::uint64_t* firstHalves() const { return bits_.data() + first_ / 32; }
+  const std::uint64_t* secondHalves() const { return bits_.data() + second_ / 32; }
+
   std::span<const mesh::Id> problems() const { return problems_; }
   std::size_t exactCalls() const { return exact_calls_; }  // of the last view
   std::size_t bytes() const;

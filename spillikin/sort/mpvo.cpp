@@ -6,19 +6,21 @@
 
 namespace spillikin::sort {
 
-Mpvo::Mpvo(const mesh::Mesh& mesh) : Mpvo(mesh, convexity(mesh, exteriorTriangles(mesh))) {}
+Mpvo::Mpvo(const mesh::Mesh& mesh, CurvedCells curved) : Mpvo(mesh, convexity(mesh, exteriorTriangles(mesh)), curved) {}
 
-Mpvo::Mpvo(const mesh::Mesh& mesh, Convexity convexity)
-    : mesh_(mesh), convexity_(std::move(convexity)), signs_(mesh), layered_(mesh) {}
+Mpvo::Mpvo(const mesh::Mesh& mesh, Convexity convexity, CurvedCells curved)
+    : mesh_(mesh), convexity_(std::move(convexity)), signs_(mesh), layered_(mesh), problems_(mesh, signs_, curved) {}
 
 void Mpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
   signs_(viewpoint);
+  problems_.begin(order);
   order.exact = convexity_.convex;
   const std::size_t listed = layered_(signs_, order);
-  if (listed < mesh_.cell_count() && !appendLeft(mesh_, signs_, layered_, nullptr, viewpoint, order))
+  if (listed < mesh_.cell_count() && !appendLeft(mesh_, signs_, layered_, nullptr, problems_, viewpoint, order))
     order.exact = false;
+  problems_.end();
 }
 
 std::string Mpvo::why() const {

@@ -6,6 +6,7 @@
 #include "spillikin/sort/convexity.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 
 namespace spillikin::sort {
@@ -15,19 +16,20 @@ namespace spillikin::sort {
 // linear in cells and faces. Kept: 16 bytes a triangle, 24 bytes a tetrahedron.
 class Mpvo final : public Sorter {
  public:
-  explicit Mpvo(const mesh::Mesh& mesh);
-  Mpvo(const mesh::Mesh& mesh, Convexity convexity);
+  explicit Mpvo(const mesh::Mesh& mesh, CurvedCells curved = CurvedCells::cut);
+  Mpvo(const mesh::Mesh& mesh, Convexity convexity, CurvedCells curved = CurvedCells::cut);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::mpvo; }
   std::string why() const override;
   bool exact() const override { return convexity_.convex; }
-  std::size_t bytes() const override { return signs_.bytes() + layered_.bytes(); }
+  std::size_t bytes() const override { return signs_.bytes() + layered_.bytes() + problems_.bytes(); }
 
  private:
   const mesh::Mesh& mesh_;
   Convexity convexity_;
   FaceSigns signs_;
   LayeredSort layered_;
+  ProblemCells problems_;
 };
 
 }  // namespace spillikin::sort

@@ -14,6 +14,7 @@ Mpvonc::Mpvonc(const mesh::Mesh& mesh)
     : mesh_(mesh),
       signs_(mesh),
       layered_(mesh),
+      problems_(mesh, signs_, CurvedCells::cut),
       exterior_(exteriorTriangles(mesh)),
       row_(exteriorRows(mesh, signs_, exterior_)),
       turn_(mesh.cell_count()) {
@@ -90,6 +91,7 @@ void Mpvonc::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
   signs_(viewpoint);
+  problems_.begin(order);
   firstTurns(viewpoint);
   const std::size_t listed = layered_(signs_, order, nullptr, turn_.data());
   if (listed < mesh_.cell_count()) appendLeft(viewpoint, order);
@@ -99,8 +101,9 @@ void Mpvonc::operator()(const Viewpoint& viewpoint, Order& order) {
 }
 
 std::size_t Mpvonc::bytes() const {
-  return signs_.bytes() + layered_.bytes() + by_turn_.bytes() + exterior_.capacity() * sizeof(ExteriorTriangle) +
-         row_.capacity() * sizeof(std::size_t) + turn_.capacity() * sizeof(Turn);
+  return signs_.bytes() + layered_.bytes() + problems_.bytes() + by_turn_.bytes() +
+         exterior_.capacity() * sizeof(ExteriorTriangle) + row_.capacity() * sizeof(std::size_t) +
+         turn_.capacity() * sizeof(Turn);
 }
 
 }  // namespace spillikin::sort

@@ -6,6 +6,7 @@
 
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/turns.h"
 
@@ -36,6 +37,7 @@ class Mpvonc final : public Sorter {
   const mesh::Mesh& mesh_;
   FaceSigns signs_;
   LayeredSort layered_;
+  ProblemCells problems_;
   TurnSort by_turn_;
   std::vector<ExteriorTriangle> exterior_;
   std::vector<std::size_t> row_;  // of signs_, for each exterior triangle

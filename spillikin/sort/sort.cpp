@@ -29,15 +29,15 @@ constexpr std::array<std::pair<Algorithm, const char*>, 10> names{{{Algorithm::a
 
 // The cheapest that is exact for this mesh from every viewpoint. Power distances cost less than half of MPVO, their
 // proof from view to view counted, and are prepared in the same time; below `few` cells either takes no time.
-std::unique_ptr<Sorter> automatic(const mesh::Mesh& mesh) {
+std::unique_ptr<Sorter> automatic(const mesh::Mesh& mesh, CurvedCells curved) {
   constexpr std::size_t few = 1000;
   Convexity found = convexity(mesh, exteriorTriangles(mesh));
-  if (!found.convex) return std::make_unique<Xmpvo>(mesh);
+  if (!found.convex) return std::make_unique<Xmpvo>(mesh, curved);
   if (mesh.tetrahedral() && mesh.cell_count() >= few) {
     const Regularity lifted = regularity(mesh, {}, true);
     if (lifted.ordered()) return std::make_unique<PowerSort>(mesh, found, lifted);
   }
-  return std::make_unique<Mpvo>(mesh, std::move(found));
+  return std::make_unique<Mpvo>(mesh, std::move(found), curved);
 }
 
 }  // namespace
@@ -61,14 +61,14 @@ std::string why(const Sorter& sorter, const Order& order) {
   return "cells of a cycle overlap in space, or were too many to be cut apart, and no order is right for them";
 }
 
-std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh) {
+std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh, CurvedCells curved) {
   switch (algorithm) {
     case Algorithm::automatic:
-      return automatic(mesh);
+      return automatic(mesh, curved);
     case Algorithm::mpvo:
-      return std::make_unique<Mpvo>(mesh);
+      return std::make_unique<Mpvo>(mesh, curved);
     case Algorithm::xmpvo:
-      return std::make_unique<Xmpvo>(mesh);
+      return std::make_unique<Xmpvo>(mesh, curved);
     case Algorithm::convexified:
       return std::make_unique<Convexified>(mesh);
     case Algorithm::bsp_xmpvo:

@@ -41,6 +41,13 @@ struct Cut {
   std::vector<HalfSpace> keep;
 };
 
+// Quadrilaterals through which a ray leaves a cell and enters it again, and these cells (problem_faces.h). Not known
+// where the algorithm looks at no face.
+struct Problems {
+  bool known = false;
+  std::size_t faces = 0, cells = 0;
+};
+
 // A visibility order. Reused from view to view, it stops allocating.
 struct Order {
   std::vector<mesh::Id> cells;  // back to front; every cell once, once per piece where it was cut
@@ -48,7 +55,8 @@ struct Order {
       layer_offset;  // empty, or starts of runs of cells that do not obscure each other, and the end
   std::vector<Cut> cuts;
   std::vector<std::vector<mesh::Id>> cycles;  // strongly connected cells that were found, before any cut
-  bool exact = false;                         // proven right for this mesh and viewpoint
+  Problems problems;
+  bool exact = false;  // proven right for this mesh and viewpoint
 };
 
 // Prepared by makeSorter for one geometry; the mesh must outlive it unchanged. operator() may run on all cores and
@@ -66,7 +74,12 @@ class Sorter {
 // What makes this one order exact or not, in a sentence: the sorter's, unless cells of a cycle overlapped in this view.
 std::string why(const Sorter& sorter, const Order& order);
 
-// Throws Error when the algorithm cannot work on the mesh.
-std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh);
+// What becomes of a cell in a cycle because of its curved faces: it is cut by the plane of one of their triangles, or
+// subdivided into the tetrahedra of the smallest-vertex rule (Max, Williams, Silva 2000, section V) before anything is
+// cut. Both orders are right; cutting makes fewer pieces (see the README).
+enum class CurvedCells : std::uint8_t { cut, tetrahedra };
+
+// Throws Error when the algorithm cannot work on the mesh. `curved` is heeded by mpvo and xmpvo.
+std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh, CurvedCells curved = CurvedCells::cut);
 
 }  // namespace spillikin::sort

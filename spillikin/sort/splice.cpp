@@ -13,6 +13,7 @@ void appendUnlisted(const Order& whole, const std::vector<std::uint8_t>& listed,
     if (has_cut) ++cut;
   }
   order.cycles = whole.cycles;
+  order.problems = whole.problems;
   order.exact = order.exact && whole.exact;
 }
 

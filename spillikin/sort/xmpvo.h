@@ -7,6 +7,7 @@
 #include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/gap_turns.h"
 #include "spillikin/sort/layered_sort.h"
+#include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 
 namespace spillikin::sort {
@@ -21,7 +22,7 @@ namespace spillikin::sort {
 // its order; where there are cycles, that of finding the edges, O(b log b + k) for k pairs of b exterior triangles.
 class Xmpvo final : public Sorter {
  public:
-  explicit Xmpvo(const mesh::Mesh& mesh);
+  explicit Xmpvo(const mesh::Mesh& mesh, CurvedCells curved = CurvedCells::cut);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::xmpvo; }
   std::string why() const override;
@@ -35,6 +36,7 @@ class Xmpvo final : public Sorter {
   const mesh::Mesh& mesh_;
   FaceSigns signs_;
   LayeredSort layered_;
+  ProblemCells problems_;
   GapEdges gaps_;
   GapTurns turns_;
   TurnSort by_turn_;

@@ -320,6 +320,54 @@ mesh::Source twistedRing(std::size_t cells, double twist) {
   return source;
 }
 
+namespace {
+
+// nx x ny x nz hexahedra on the unit cube's grid, each point moved to where `place` says.
+mesh::Source mapped(std::size_t nx, std::size_t ny, std::size_t nz, const std::function<Vec3(const Vec3&)>& place) {
+  mesh::Source source;
+  for (std::size_t k = 0; k <= nz; ++k) {
+    for (std::size_t j = 0; j <= ny; ++j) {
+      for (std::size_t i = 0; i <= nx; ++i) {
+        source.points.push_back(place(Vec3(static_cast<double>(i) / static_cast<double>(nx),
+                                           static_cast<double>(j) / static_cast<double>(ny),
+                                           static_cast<double>(k) / static_cast<double>(nz))));
+      }
+    }
+  }
+  const auto id = [&](std::size_t i, std::size_t j, std::size_t k) {
+    return static_cast<Id>((k * (ny + 1) + j) * (nx + 1) + i);
+  };
+  for (std::size_t k = 0; k < nz; ++k) {
+    for (std::size_t j = 0; j < ny; ++j) {
+      for (std::size_t i = 0; i < nx; ++i) {
+        const Hexahedron h{id(i, j, k),     id(i + 1, j, k),     id(i + 1, j + 1, k),     id(i, j + 1, k),
+                           id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1), id(i, j + 1, k + 1)};
+        addCell(source, mesh::vtk_cell::hexahedron, h.data(), h.size());
+      }
+    }
+  }
+  addPointArray(source, "value", smoothValue);
+  return source;
+}
+
+}  // namespace
+
+mesh::Source twistedBar(std::size_t n, double turn) {
+  return mapped(n, n, 3 * n, [turn](const Vec3& p) {
+    const double x = p.x - 0.5, y = p.y - 0.5, angle = turn * p.z;
+    return Vec3(std::cos(angle) * x - std::sin(angle) * y, std::sin(angle) * x + std::cos(angle) * y, 3.0 * p.z);
+  });
+}
+
+mesh::Source curvedBall(std::size_t n) {
+  return mapped(n, n, n, [](const Vec3& p) {
+    const Vec3 q = 2.0 * p - Vec3(1.0);
+    const double reach = std::max({std::abs(q.x), std::abs(q.y), std::abs(q.z)}), radius = glm::length(q);
+    // Cubes in the middle, spheres outside, and what lies between in between.
+    return radius > 0.0 ? q * ((1.0 - reach) / std::sqrt(3.0) + reach * reach / radius) : q;
+  });
+}
+
 mesh::Source join(const mesh::Source& a, const mesh::Source& b) {
   mesh::Source joined = a;
   joined.name = a.name + " and " + b.name;

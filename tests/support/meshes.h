@@ -35,6 +35,11 @@ mesh::Source interlockedTori(std::size_t n);
 // whole way round: a visibility cycle from all directions whose angle with the axis has a tangent below 4 sin(twist).
 mesh::Source twistedRing(std::size_t cells, double twist);
 
+// Curved hexahedra. A bar [-1/2, 1/2]^2 x [0, 3] of n x n x 3 n cells, turned about its axis by `turn` radians from end
+// to end; the ball of radius 1 as an n^3 grid whose cells bulge with it.
+mesh::Source twistedBar(std::size_t n, double turn);
+mesh::Source curvedBall(std::size_t n);
+
 // Joins two sources, cells one after the other; arrays of the same name are joined, others dropped.
 mesh::Source join(const mesh::Source& a, const mesh::Source& b);
 
