@@ -122,6 +122,60 @@ TEST(Picture, CyclicRings) {
   EXPECT_FALSE(session.order().cuts.empty());
 }
 
+// Strongly deformed hexahedra: problem faces, cells that rays cross twice, curved boundaries.
+TEST(Picture, TwistedBar) {
+  compareBackends(tests::twistedBar(4, 2.0), 96);
+}
+
+TEST(Picture, BallOfCurvedHexahedra) {
+  compareBackends(tests::curvedBall(6), 96);
+}
+
+TEST(Picture, GridAroundABluntFin) {
+  const mesh::Source source = io::readMesh(std::string(SPILLIKIN_EXAMPLES) + "/bluntfin.vts");
+  const render::Session session(source);
+  View view = session.defaultView(64, 64);
+  render::turnView(view, {37.0, 23.0, 2.0});
+  compareBackends(source, 64, {view});
+}
+
+// A field made from the coordinates, since the file has none.
+TEST(Picture, KnotOfHexahedra) {
+  const std::filesystem::path path = std::filesystem::path(SPILLIKIN_DATA) / "knot-hex.vtk";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  mesh::Source source = io::readMesh(path.string());
+  source.arrays.clear();
+  tests::addPointArray(source, "xyz", [](const Vec3& p) { return p.x + 0.5 * p.y - p.z; });
+  const render::Session session(source);
+  View view = session.defaultView(80, 80);
+  render::turnView(view, {25.0, 35.0, 1.0});
+  compareBackends(source, 80, {view});
+}
+
+// Whole cells and all their tetrahedra: cut into tetrahedra a nonconvex cell must still fill the same place.
+TEST(Picture, TetrahedraOfDeformedHexahedra) {
+  const mesh::Source source = tests::hexahedronGrid(5, 0.33, 13);
+  for (const composite::Backend backend : {composite::Backend::native, composite::Backend::osmesa}) {
+    render::Session session(source, {.projection = render::Projection::tets, .backend = backend});
+    for (const Truth& truth : truths(session, {views(session, 96)[1]}))
+      expectEqual(session, truth, composite::name(backend));
+    // With one value everywhere only the thickness counts, which is the same.
+    mesh::Source constant = source;
+    constant.arrays.clear();
+    tests::addPointArray(constant, "one", [](const Vec3&) { return 1.0; });
+    const auto tf = integrate::preset("viridis").mapped(0.0, 2.0).scaled(0.3);
+    const auto draw = [&](render::Projection projection) {
+      render::Session drawn(constant, {.projection = projection, .backend = backend});
+      drawn.setView(views(drawn, 96)[1]);
+      drawn.setTransferFunction(tf);
+      return drawn.draw();
+    };
+    const auto c = reference::compare(draw(render::Projection::zoo), draw(render::Projection::tets), {});
+    EXPECT_LE(c.worst.max, full_step);
+    EXPECT_LE(c.worst.mean, mean_bound);
+  }
+}
+
 TEST(Picture, CellData) {
   mesh::Source source = tests::tetrahedronGrid(5, 0.2, 7);
   source.arrays.clear();

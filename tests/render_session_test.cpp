@@ -161,6 +161,36 @@ TEST(Session, WhereTheCertificateIsTooCoarseTheOrderMustBeExact) {
   EXPECT_EQ(convex.stats().sort.road, "order");
 }
 
+TEST(Session, ProblemCellsAreCounted) {
+  render::Session session(tests::hexahedronGrid(6, 0.3, 3), {.sort = sort::Algorithm::mpvo});
+  session.setView(session.defaultView(32, 32));
+  session.order();
+  const auto& sort = session.stats().sort;
+  EXPECT_TRUE(sort.problems_known);
+  EXPECT_GT(sort.problem_faces, 0U);
+  EXPECT_GE(sort.problem_faces, sort.problem_cells);
+  EXPECT_GT(sort.problem_cells, 0U);
+  EXPECT_GT(sort.subdivided_cells, 0U);
+  render::Session unknown(tests::hexahedronGrid(6, 0.3, 3), {.sort = sort::Algorithm::centroid});
+  unknown.order();
+  EXPECT_FALSE(unknown.stats().sort.problems_known);
+  EXPECT_NE(render::toJson(unknown.stats()).find("\"problem_cells\": null"), std::string::npos);
+}
+
+TEST(Session, FoldedCellsAreWarnedOfByTheirFileIds) {
+  mesh::Source source = tests::hexahedronGrid(2);
+  source.points[26] = {1.9, 1.9, 0.7};  // the last corner, through the bottom of the last cell
+  render::Session session(source);
+  ASSERT_EQ(session.warnings().size(), 1U);
+  EXPECT_NE(session.warnings()[0].find("1 folded cell"), std::string::npos) << session.warnings()[0];
+  EXPECT_NE(session.warnings()[0].find("cell 7"), std::string::npos) << session.warnings()[0];
+  session.setSource(tests::hexahedronGrid(2));
+  EXPECT_TRUE(session.warnings().empty());
+  session.setSource(source);
+  EXPECT_TRUE(session.stats().adjacency_reused);
+  EXPECT_EQ(session.warnings().size(), 1U) << "also where only the nodes have moved";
+}
+
 TEST(Session, AnotherTopologyIsBuiltAgain) {
   render::Session session(tests::tetrahedronGrid(2));
   session.setSource(tests::tetrahedronGrid(3));
