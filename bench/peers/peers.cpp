@@ -51,9 +51,10 @@ Arguments parse(int argc, char** argv) {
       throw Error(fmt::format("no option is called {}", word));
     }
   }
-  if (a.plain.size() < 2 || a.plain.size() > 4 || (a.plain[0] != "speed" && a.plain[0] != "accuracy"))
+  if (a.plain.size() < 2 || a.plain.size() > 4 ||
+      (a.plain[0] != "speed" && a.plain[0] != "orders" && a.plain[0] != "accuracy"))
     throw Error(
-        "usage: spillikin_peers speed|accuracy FOLDER [OUTPUT.md [OUTPUT.json]] [--size N] [--rounds N] "
+        "usage: spillikin_peers speed|orders|accuracy FOLDER [OUTPUT.md [OUTPUT.json]] [--size N] [--rounds N] "
         "[--limit SECONDS] [--most CELLS]");
   return a;
 }
@@ -62,7 +63,9 @@ void write(const std::vector<std::string>& plain, std::size_t index, const std::
   if (plain.size() > index) io::writeFile(plain[index], text.data(), text.size());
 }
 
-int speed(const Arguments& a) {
+int speed(const Arguments& a, bool frames) {
+  const auto measure = frames ? bench::measureSpeed : bench::measureOrders;
+  const auto tables = frames ? bench::speedTables : bench::orderTables;
   bench::SpeedOptions options;
   if (a.size > 0) options.size = a.size;
   options.rounds = a.rounds;
@@ -77,15 +80,15 @@ int speed(const Arguments& a) {
     fmt::print(stderr, "{}\n", subject.label);
     try {
       if (a.most > 0 && subject.weight > a.most) throw Error("not run: left out by --most");
-      all["subjects"].push_back(bench::measureSpeed(subject, options));
+      all["subjects"].push_back(measure(subject, options));
     } catch (const Error& e) {
       all["subjects"].push_back({{"mesh", subject.label}, {"refused", e.what()}});
     }
     // After every mesh, so that a run that is cut short leaves what it has.
-    write(a.plain, 2, bench::speedTables(all));
+    write(a.plain, 2, tables(all));
     write(a.plain, 3, all.dump(2) + "\n");
   }
-  if (a.plain.size() < 3) fmt::print("{}", bench::speedTables(all));
+  if (a.plain.size() < 3) fmt::print("{}", tables(all));
   return 0;
 }
 
@@ -112,7 +115,7 @@ int accuracy(const Arguments& a) {
 
 int main(int argc, char** argv) try {
   const Arguments a = parse(argc, argv);
-  return a.plain[0] == "speed" ? speed(a) : accuracy(a);
+  return a.plain[0] == "accuracy" ? accuracy(a) : speed(a, a.plain[0] == "speed");
 } catch (const std::exception& e) {
   fmt::print(stderr, "spillikin_peers: error: {}\n", e.what());
   return 1;

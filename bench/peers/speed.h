@@ -19,7 +19,12 @@ struct SpeedOptions {
 // Measures one subject. Throws Error when it cannot be made or drawn.
 nlohmann::ordered_json measureSpeed(const Subject& subject, const SpeedOptions& options);
 
+// The visibility orders of one subject alone: a matter of seconds.
+nlohmann::ordered_json measureOrders(const Subject& subject, const SpeedOptions& options);
+
 // The report: Markdown tables of what measureSpeed gave.
 std::string speedTables(const nlohmann::ordered_json& all);
+// Its part about visibility orders.
+std::string orderTables(const nlohmann::ordered_json& all);
 
 }  // namespace spillikin::bench
