@@ -2,7 +2,7 @@
 # Every mesh of a folder against the reference, then VTK's mappers on the same truth; one report.
 #   scripts/accuracy.sh BUILD DATA OUTPUT.md [SIZE]
 set -euo pipefail
-build=$1 data=$2 output=$3 size=${4:-128}
+build=$1 data=$2 output=$3 size=${4:-96}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <optional>
+#include <functional>
 
+#include "bench/peers/child.h"
 #include "bench/peers/vtk_peer.h"
 #include "bench/suite.h"
 #include "spillikin/base/error.h"
@@ -80,42 +81,80 @@ std::vector<Subject> judgedSubjects(const std::string& folder) {
   return all;
 }
 
-std::string accuracyRows(const Subject& subject, const AccuracyOptions& options) {
-  render::Engine engine;
-  engine.projection = render::Projection::tets;
-  render::Session session(subject.make(), engine);
-  // The mappers take tetrahedra; so that all are judged by one truth, other cells are cut by the same rule for all.
-  const mesh::Mesh& tetrahedra = session.drawnMesh();
-  const VtkMesh grid(tetrahedra, session.drawnField());
-  const reference::RayCaster caster(tetrahedra, session.drawnField());
-  std::array<std::array<Errors, looks.size()>, mappers.size() + 1> errors;
-  for (std::size_t l = 0; l < looks.size(); ++l) {
-    const auto look = lookOf(session, looks[l].preset);
-    session.setTransferFunction(look);
-    const auto all = truths(caster, views(session, options.size), look);
-    const auto count = static_cast<double>(all.size());
-    for (std::size_t m = 0; m < mappers.size(); ++m) {
-      if (errors[m][0].given_up) errors[m][l].given_up = true;
-      VtkPeer peer(mappers[m], grid, look, options.size, options.size);
-      if (!errors[m][l].given_up) peer.draw(all[0].view, options.limit_seconds);  // the first frame lacks cells
-      for (const Truth& truth : all) {
-        if (errors[m][l].given_up) break;
-        errors[m][l].given_up = !peer.draw(truth.view, options.limit_seconds);
-        errors[m][l].add(peer.image(), truth, count);
+namespace {
+
+// Everything that is judged on one subject: the mappers take tetrahedra, so that all are held to one truth, other cells
+// are cut by the same rule for all.
+struct Trial {
+  explicit Trial(const Subject& subject)
+      : session(subject.make(), {.projection = render::Projection::tets}),
+        grid(session.drawnMesh(), session.drawnField()),
+        caster(session.drawnMesh(), session.drawnField()) {}
+  render::Session session;
+  VtkMesh grid;
+  reference::RayCaster caster;
+};
+
+using RowErrors = std::array<Errors, looks.size()>;
+
+void judgeMapper(Trial& trial, Mapper mapper, std::size_t l, const std::vector<Truth>& all,
+                 const AccuracyOptions& options, RowErrors& errors) {
+  if (errors[0].given_up) errors[l].given_up = true;
+  if (errors[l].given_up) return;
+  VtkPeer peer(mapper, trial.grid, lookOf(trial.session, looks[l].preset), options.size, options.size);
+  peer.draw(all[0].view, options.limit_seconds);  // the first frame lacks cells
+  for (const Truth& truth : all) {
+    errors[l].given_up = !peer.draw(truth.view, options.limit_seconds);
+    if (errors[l].given_up) return;
+    errors[l].add(peer.image(), truth, static_cast<double>(all.size()));
+  }
+}
+
+void judgeOurs(Trial& trial, std::size_t l, const std::vector<Truth>& all, RowErrors& errors) {
+  trial.session.setTransferFunction(lookOf(trial.session, looks[l].preset));
+  for (const Truth& truth : all) {
+    trial.session.setView(truth.view);
+    errors[l].add(withoutAlpha(trial.session.draw()), truth, static_cast<double>(all.size()));
+  }
+}
+
+// The rows from contender `first` on; the last is Spillikin.
+void judge(const Subject& subject, const AccuracyOptions& options, std::size_t first,
+           const std::function<void(const std::string&)>& emit) {
+  Trial trial(subject);
+  std::array<std::vector<Truth>, looks.size()> all;
+  for (std::size_t l = 0; l < looks.size(); ++l)
+    all[l] = truths(trial.caster, views(trial.session, options.size), lookOf(trial.session, looks[l].preset));
+  for (std::size_t m = first; m <= mappers.size(); ++m) {
+    RowErrors errors;
+    for (std::size_t l = 0; l < looks.size(); ++l) {
+      if (m < mappers.size()) {
+        judgeMapper(trial, mappers[m], l, all[l], options, errors);
+      } else {
+        judgeOurs(trial, l, all[l], errors);
       }
     }
-    for (const Truth& truth : all) {
-      session.setView(truth.view);
-      errors[mappers.size()][l].add(withoutAlpha(session.draw()), truth, count);
-    }
+    std::string row;
+    for (const Errors& e : errors)
+      row += fmt::format(" {} |", e.text());
+    emit(row);
+  }
+}
+
+}  // namespace
+
+std::string accuracyRows(const Subject& subject, const AccuracyOptions& options) {
+  std::vector<std::string> rows;
+  while (rows.size() <= mappers.size()) {
+    const std::size_t first = rows.size();
+    const Rows made = rowsOfChild([&](const auto& emit) { judge(subject, options, first, emit); });
+    rows.insert(rows.end(), made.rows.begin(), made.rows.end());
+    if (rows.size() <= mappers.size()) rows.emplace_back(" crashed | crashed | crashed |");
   }
   std::string text;
   for (std::size_t m = 0; m <= mappers.size(); ++m) {
-    text += fmt::format("| {} | {} |", m == 0 ? subject.label : std::string(),
-                        m < mappers.size() ? name(mappers[m]) : "**Spillikin, native**");
-    for (const Errors& e : errors[m])
-      text += fmt::format(" {} |", e.text());
-    text += "\n";
+    text += fmt::format("| {} | {} |{}\n", m == 0 ? subject.label : std::string(),
+                        m < mappers.size() ? name(mappers[m]) : "**Spillikin, native**", rows[m]);
   }
   return text;
 }

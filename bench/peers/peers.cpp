@@ -1,6 +1,6 @@
 // Spillikin beside VTK's mappers, on the same meshes, cameras and transfer functions, in one run. Needs a display.
 //   spillikin_peers speed FOLDER [OUTPUT.md [OUTPUT.json]] [--size N] [--rounds N] [--limit SECONDS] [--most CELLS]
-//   spillikin_peers accuracy FOLDER [OUTPUT.md] [--size N] [--limit SECONDS]
+//   spillikin_peers accuracy FOLDER [OUTPUT.md] [--size N] [--limit SECONDS] [--most CELLS]
 // FOLDER holds the real meshes; those it has not are left out. Without OUTPUT the tables go to the terminal.
 #include <fmt/format.h>
 
@@ -101,6 +101,7 @@ int accuracy(const Arguments& a) {
   for (const bench::Subject& subject : bench::judgedSubjects(a.plain[1])) {
     fmt::print(stderr, "{}\n", subject.label);
     try {
+      if (a.most > 0 && subject.weight > a.most) throw Error("left out by --most");
       text += bench::accuracyRows(subject, options);
     } catch (const Error& e) {
       text += fmt::format("| {} | not run: {} | | | |\n", subject.label, bench::withoutFolder(e.what(), folder));
