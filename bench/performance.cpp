@@ -327,7 +327,7 @@ int report(const std::string& program, const Arguments& a) {
   const std::string tier_text = tierSection(tiers);
   rows.insert(rows.end(), grid_rows.begin(), grid_rows.end());
   text += stageSection(rows, roof) + sortSection(rows) + memorySection(rows) + growthSection(grid_rows, pixel_rows) +
-          tier_text + bench::roadsSection(a.data, a.most, std::max(3, a.frames));
+          tier_text + bench::roadsSection(a.data, a.most, 3);
   if (!a.peers.empty()) text += "\n" + readAll(a.peers);
   if (!a.bench.empty()) text += benchSection(a.bench);
   io::writeFile(a.output, text.data(), text.size());

@@ -321,8 +321,11 @@ TEST(CompositeNative, HiddenCellsAreNotDrawn) {
 
 // Every third cell in two pieces, as a cycle would be cut: together they are the cell.
 TEST(CompositeNative, PiecesMakeUpTheCell) {
-  for (const mesh::Source& source : {delaunayCube(150, 16), hexahedronGrid(4, 0.1, 7)}) {
-    const Subject s(source, "", "viridis", 2.0);
+  mesh::Source small = hexahedronGrid(4, 0.1, 7);
+  for (Vec3& p : small.points)
+    p *= 1e-7;
+  for (const mesh::Source& source : {delaunayCube(150, 16), hexahedronGrid(4, 0.1, 7), small}) {
+    const Subject s(source, "", "viridis", glm::length(source.points.back()) < 1e-3 ? 2e7 : 2.0);
     for (const bool parallel : {false, true}) {
       View view = viewOf(s, {1.0, 0.6, 0.8}, 64, 48);
       if (parallel) view.parallel_scale = 0.45 * glm::length(view.eye - view.target) / 2.5;

@@ -84,7 +84,9 @@ bool setBound(const TileView& view, const sort::HalfSpace& keep, WholeCell::Boun
   const Vec3 dy = depths.parallel ? camera.originDy() : camera.directionDy();
   const Vec3 form(glm::dot(keep.normal, dx), glm::dot(keep.normal, dy), depths.parallel ? at : slope);
   const double pivot = depths.parallel ? slope : -at;
-  if (!(reach(form) * view.nearness_scale < 1e6 * std::abs(pivot))) return false;
+  // Edge-on as a cell's own faces would be.
+  const double steepest = view.steepest * (view.relative ? view.nearness_scale : 1.0);
+  if (pivot == 0.0 || !((std::abs(form.x) + std::abs(form.y)) * tile_size <= steepest * std::abs(pivot))) return false;
   Vec3 z = form / pivot;
   z.z += depths.parallel ? depths.z0 : -depths.z0;
   out.nearness = rounded(z);
