@@ -75,17 +75,29 @@ void onGrid(benchmark::State& state, composite::Backend backend) {
   static const mesh::Source source = tests::hexahedronGrid(40, 0.2, 1);
   wholeAgainstTetrahedra(state, source, backend);
 }
+void onPlanarGrid(benchmark::State& state, composite::Backend backend) {
+  static const mesh::Source source = tests::hexahedronGrid(40);
+  wholeAgainstTetrahedra(state, source, backend);
+}
 void onBluntFin(benchmark::State& state, composite::Backend backend) {
   static const mesh::Source source = io::readMesh(std::string(SPILLIKIN_EXAMPLES) + "/bluntfin.vts");
   wholeAgainstTetrahedra(state, source, backend);
 }
 
+BENCHMARK_CAPTURE(onPlanarGrid, native, composite::Backend::native)
+    ->Name("render/whole-against-tets/planar/native")
+    ->Iterations(7)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(onPlanarGrid, osmesa, composite::Backend::osmesa)
+    ->Name("render/whole-against-tets/planar/osmesa")
+    ->Iterations(5)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(onGrid, native, composite::Backend::native)
-    ->Name("render/whole-against-tets/grid/native")
+    ->Name("render/whole-against-tets/curved/native")
     ->Iterations(7)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(onGrid, osmesa, composite::Backend::osmesa)
-    ->Name("render/whole-against-tets/grid/osmesa")
+    ->Name("render/whole-against-tets/curved/osmesa")
     ->Iterations(5)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(onBluntFin, native, composite::Backend::native)

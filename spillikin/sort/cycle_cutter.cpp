@@ -63,6 +63,7 @@ CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const V
     : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), gaps_(gaps), problems_(problems) {}
 
 bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) {
+  if (component.size() == 2 && cutPair(component[0], component[1], order)) return true;
   pieces_.clear();
   edges_.clear();
   Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
@@ -89,6 +90,48 @@ bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) 
   for (std::uint32_t e = 0; e < edges.size(); ++e)
     edges[e] = e;
   return resolve(std::move(nodes), std::move(edges), order);
+}
+
+// Two cells whose only relation is one problem face, the most frequent cycle by far. Rays leave the problem cell P
+// through the triangle S, cross the other cell B and enter P again through T; S lies on the viewpoint's side of the
+// plane of T, which every ray crosses once. So the part of P beyond that plane comes first, then B, then the rest of P,
+// which B touches in S alone. False when the two have more to do with each other.
+bool CycleCutter::cutPair(mesh::Id a, mesh::Id b, Order& order) const {
+  if (problems_.subdivides()) return false;
+  mesh::Id shared = mesh::none;
+  for (const mesh::FaceUse use : mesh_.faces(a)) {
+    if (mesh_.neighbour(use) != b) continue;
+    if (shared != mesh::none) return false;
+    shared = use.face();
+  }
+  if (shared == mesh::none || shared < mesh_.triangle_count()) return false;
+  if (gaps_ != nullptr) {
+    const auto after_a = gaps_->edges.after(a), after_b = gaps_->edges.after(b);
+    if (std::count(after_a.begin(), after_a.end(), b) + std::count(after_b.begin(), after_b.end(), a) > 0) return false;
+  }
+  const auto& q = mesh_.quad[shared - mesh_.triangle_count()];
+  const int first = signs_.sign(signs_.firstHalf(shared)), second = signs_.sign(signs_.secondHalf(shared));
+  const int valley = mesh::orient3d(mesh_.points[q[0]], mesh_.points[q[1]], mesh_.points[q[2]], mesh_.points[q[3]]);
+  if (first * second >= 0 || valley == 0) return false;
+  const auto [inside, outside] = mesh_.cells(shared);
+  const bool first_is_t = first == valley;  // the viewpoint lies on the outer side of T, seen from P
+  const Vec3 &origin = mesh_.points[q[0]], &u = mesh_.points[first_is_t ? q[1] : q[2]],
+             &w = mesh_.points[first_is_t ? q[2] : q[3]];
+  const Vec3 n = cross(u - origin, w - origin) * static_cast<double>(valley);
+  const double length = std::sqrt(dot(n, n));
+  if (!(length > 0.0)) return false;
+  const HalfSpace near{n / length, -dot(n / length, origin)};
+  const mesh::Id problem = valley > 0 ? inside : outside, other = valley > 0 ? outside : inside;
+  const auto list = [&order](mesh::Id cell) {
+    order.cells.push_back(cell);
+    order.layer_offset.push_back(static_cast<std::uint32_t>(order.cells.size()));
+  };
+  order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), {opposite(near)}});
+  list(problem);
+  list(other);
+  order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), {near}});
+  list(problem);
+  return true;
 }
 
 // A piece for every cell, or one for every tetrahedron of a cell that is subdivided.

@@ -63,6 +63,7 @@ class CycleCutter {
   using Nodes = std::vector<std::uint32_t>;
   using Edges = std::vector<std::uint32_t>;
 
+  bool cutPair(mesh::Id a, mesh::Id b, Order& order) const;
   void makePieces(std::span<const mesh::Id> component);
   void makeTetrahedra(const mesh::SubdividedCell& cell);
   void keepInside(const mesh::SubdividedCell& cell, std::size_t tetrahedron, Piece& piece) const;

@@ -59,10 +59,9 @@ class ProblemCells {
     faces_.update();
     order.problems = {true, faces_.faces(), faces_.cells()};
   }
+  bool subdivides() const { return curved_ == CurvedCells::tetrahedra; }
   // The cell as tetrahedra: whether it is a problem, it is wanted so, and they fill it.
-  bool subdivide(mesh::Id cell) {
-    return curved_ == CurvedCells::tetrahedra && faces_.problem(cell) && pools_.subdivide(cell);
-  }
+  bool subdivide(mesh::Id cell) { return subdivides() && faces_.problem(cell) && pools_.subdivide(cell); }
   mesh::SubdividedCell operator[](mesh::Id cell) const { return pools_[cell]; }
   // Once the order is known: cells that were not subdivided for it are restored.
   void end() { pools_.restoreOthers(); }
