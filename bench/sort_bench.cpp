@@ -28,6 +28,14 @@ const mesh::Mesh& grid(std::size_t n) {
   return at->second;
 }
 
+// Delaunay tetrahedra of random points, some 6.7 a point.
+const mesh::Mesh& delaunay(std::size_t points) {
+  static std::map<std::size_t, mesh::Mesh> made;
+  const auto [at, fresh] = made.try_emplace(points);
+  if (fresh) at->second = mesh::build(tests::delaunayCube(points, 7));
+  return at->second;
+}
+
 // A thick spherical shell with an opening.
 const mesh::Mesh& shell(std::size_t n) {
   static std::map<std::size_t, mesh::Mesh> made;
@@ -168,6 +176,26 @@ BENCHMARK_CAPTURE(curved, cut, sort::CurvedCells::cut)
 BENCHMARK_CAPTURE(curved, tetrahedra, sort::CurvedCells::tetrahedra)
     ->Name("sort/curved/tetrahedra")
     ->Arg(40)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+
+void onDelaunay(benchmark::State& state, Algorithm algorithm) {
+  run(state, algorithm, delaunay(static_cast<std::size_t>(state.range(0))), four_degrees);
+}
+BENCHMARK_CAPTURE(onDelaunay, mpvo, Algorithm::mpvo)
+    ->Name("sort/delaunay/mpvo")
+    ->Arg(1600)
+    ->Arg(15000)
+    ->Arg(149000)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onDelaunay, power, Algorithm::power)
+    ->Name("sort/delaunay/power")
+    ->Arg(1600)
+    ->Arg(15000)
+    ->Arg(149000)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();

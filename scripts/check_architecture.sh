@@ -32,4 +32,10 @@ if grep -nE '#include <vtk' -r spillikin --include=*.h --include=*.cpp | grep -v
   echo "VTK is for io/ alone"
   failed=1
 fi
+for library in "tetgen tetgen_filling" "glpk weights"; do
+  if grep -nE "#include <${library% *}\.h>" -r spillikin --include=*.h --include=*.cpp | grep -v "^spillikin/sort/${library#* }\.cpp:"; then
+    echo "${library% *} is for spillikin/sort/${library#* }.cpp alone"
+    failed=1
+  fi
+done
 exit $failed

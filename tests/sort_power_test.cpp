@@ -1,5 +1,6 @@
 // Power distances: regularity against known triangulations, orders against every face, keys against their bound.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <oneapi/tbb/global_control.h>
 
@@ -193,6 +194,24 @@ TEST(Power, IsTheSameOnAnyNumberOfThreads) {
   sorter(v, many);
   EXPECT_EQ(one.cells, many.cells);
   expectEveryFace(mesh, v, many);
+}
+
+TEST(Power, IsExactWithEveryInstructionSet) {
+  const mesh::Mesh mesh = mesh::build(tests::delaunayCube(3000, 14));
+  PowerSort sorter(mesh);
+  Order order;
+  const std::int64_t all = hwy::SupportedTargets();
+  for (std::int64_t left = all; left != 0; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    hwy::GetChosenTarget().DeInit();  // to be chosen again
+    for (const Viewpoint& v : viewpoints(mesh, 15)) {
+      sorter(v, order);
+      EXPECT_TRUE(order.exact);
+      expectEveryFace(mesh, v, order);
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().DeInit();
 }
 
 TEST(Power, IsTakenForDelaunayMeshes) {
