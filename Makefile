@@ -5,7 +5,7 @@ JOBS ?= $(shell nproc)
 DATA ?= $(abspath ../shared/data)
 SPILLIKIN := $(BUILD)/bin/spillikin
 
-.PHONY: all setup configure build demo test accuracy bench fuzz install format lint clean
+.PHONY: all setup configure build demo test accuracy verify bench fuzz install format lint clean
 
 all: build
 
@@ -27,9 +27,13 @@ demo: configure
 test: build
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 
-# The long suites: every mesh of DATA against the reference, every stage timed, every reader fed with damaged files.
+# The long suites: every mesh of DATA against the reference, every stage timed, every order held against rays, every
+# reader fed with damaged files.
 accuracy: build
 	@scripts/accuracy.sh $(BUILD) $(DATA) docs/accuracy.md
+
+verify: build
+	@scripts/verify.sh $(BUILD) $(DATA)
 
 bench: build
 	@scripts/bench.sh $(BUILD) $(DATA) docs/performance.md

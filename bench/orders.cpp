@@ -46,7 +46,7 @@ struct Wish {
 };
 
 // What is left out of a run, and said so: pairs of cells are compared one by one.
-constexpr std::size_t most_newell_cells = 20'000;
+constexpr std::size_t most_newell_cells = 2500;
 
 mesh::Source made(const std::string& name) {
   const auto colon = name.find(':');
@@ -167,7 +167,8 @@ struct Contender {
   std::string refused;
   double prepare = 0.0;
   bench::Frames frames;
-  std::size_t exact = 0, wrong_exact = 0, rays = 0, inversions = 0, wrong = 0, overlapping = 0, cycles = 0, cut = 0;
+  std::size_t exact = 0, wrong_exact = 0, rays = 0, inversions = 0, contested = 0, wrong = 0, overlapping = 0,
+              cycles = 0, cut = 0;
   std::string worst;
 };
 
@@ -176,6 +177,7 @@ void judge(Contender& c, const mesh::Mesh& mesh, const View& view, int index, co
   const Verdict verdict = check(grid, order, mesh, view.width);
   c.rays += verdict.tally.rays;
   c.inversions += verdict.tally.inversions;
+  c.contested += verdict.tally.contested;
   c.wrong += verdict.wrong_rays;
   c.overlapping += verdict.overlapping_rays;
   c.cycles += order.cycles.size();
@@ -245,9 +247,10 @@ bool runMesh(const std::string& name, const Wish& wish) {
                sort::name(c.algorithm), c.prepare, 1e3 * wall, 1e3 * cpu, cpu / base,
                static_cast<double>(c.sorter->bytes()) / static_cast<double>(mesh.cell_count()), c.exact, wish.views);
     if (caster) {
-      fmt::print(", {} rays, wrong {} ({:.4f}%), of them where cells overlap {}, inversions {}", c.rays, c.wrong,
-                 c.rays == 0 ? 0.0 : 100.0 * static_cast<double>(c.wrong) / static_cast<double>(c.rays), c.overlapping,
-                 c.inversions);
+      fmt::print(
+          ", {} rays, wrong {} ({:.4f}%), of them where cells overlap {}, inversions {}, of overlapping cells {}",
+          c.rays, c.wrong, c.rays == 0 ? 0.0 : 100.0 * static_cast<double>(c.wrong) / static_cast<double>(c.rays),
+          c.overlapping, c.inversions, c.contested);
     }
     fmt::print(", cycles {}, cuts {}", c.cycles, c.cut);
     if (const auto* x = dynamic_cast<const sort::Xmpvo*>(c.sorter.get()))

@@ -46,6 +46,7 @@ std::string statistics(render::Session& session, const sort::Tally* proof) {
     v = {{"rays", proof->rays},
          {"pairs", proof->pairs},
          {"inversions", proof->inversions},
+         {"contested", proof->contested},
          {"overlaps", proof->overlaps}};
     v["worst"] = nlohmann::ordered_json::array();
     for (const sort::Inversion& i : proof->worst) {
@@ -65,7 +66,9 @@ void printProof(render::Session& session, const sort::Tally& proof) {
                fileId(session, i.back), fileId(session, i.front), i.depth);
   }
   if (proof.overlaps == 0) return;
-  fmt::print("  {} overlaps of cells on a ray, where no order is right\n", proof.overlaps);
+  fmt::print(
+      "  {} overlaps of cells on a ray, where no order is right; {} pairs that overlap are drawn the nearer first\n",
+      proof.overlaps, proof.contested);
   for (const auto& o : proof.first_overlaps) {
     fmt::print("  pixel {},{}: cells {} and {} overlap\n", o.x, o.y, fileId(session, o.cells[0]),
                fileId(session, o.cells[1]));

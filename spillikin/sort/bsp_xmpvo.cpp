@@ -17,12 +17,13 @@ BspXmpvo::BspXmpvo(const mesh::Mesh& mesh)
       problems_(mesh, signs_, CurvedCells::cut),
       gaps_(mesh, signs_),
       turns_(mesh, gaps_),
-      tree_(gaps_.tree()) {}
+      tree_(gaps_.tree()),
+      overlapping_(gaps_.overlapping()) {}
 
 void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
-  order.exact = true;
+  order.exact = exact();
   signs_(viewpoint);
   problems_.begin(order);
   tree_.place(viewpoint, [&](std::uint32_t t) { return gaps_.sign(t); });
@@ -35,6 +36,7 @@ void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   });
   if (layered_(signs_, order, nullptr, turns_.data()) < mesh_.cell_count() || !turns_.settle(viewpoint, layered_)) {
     orderByEdges(mesh_, signs_, layered_, gaps_, problems_, viewpoint, extra_, order);
+    order.exact = order.exact && exact();
     return;
   }
   by_turn_(turns_.turns(), order.cells);
@@ -42,6 +44,7 @@ void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
 }
 
 std::string BspXmpvo::why() const {
+  if (!exact()) return overlapMessage(mesh_, overlapping_);
   return "a BSP tree of " + std::to_string(tree_.fragments()) +
          " fragments of exterior faces orders what lies across empty space";
 }

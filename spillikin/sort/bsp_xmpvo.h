@@ -1,6 +1,7 @@
 // MPVO merged with the traversal of a BSP tree of the exterior.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "spillikin/sort/bsp_tree.h"
@@ -31,7 +32,7 @@ class BspXmpvo final : public Sorter {
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::bsp_xmpvo; }
   std::string why() const override;
-  bool exact() const override { return true; }
+  bool exact() const override { return overlapping_[0] == mesh::none; }
   std::size_t bytes() const override;
 
   const BspTree& tree() const { return tree_; }
@@ -47,6 +48,7 @@ class BspXmpvo final : public Sorter {
   BspTree tree_;
   TurnSort by_turn_;
   ExtraEdges extra_;
+  std::array<mesh::Id, 2> overlapping_;  // two cells, or none
 };
 
 }  // namespace spillikin::sort

@@ -53,12 +53,17 @@ double tolerance(double enter, double leave) {
   return touch_tolerance * std::max(std::abs(enter), std::abs(leave));
 }
 
+bool overlap(double leave, double enter) {
+  return enter < leave - tolerance(enter, leave);
+}
+
 }  // namespace
 
 void Tally::merge(const Tally& other) {
   rays += other.rays;
   pairs += other.pairs;
   inversions += other.inversions;
+  contested += other.contested;
   overlaps += other.overlaps;
   worst.insert(worst.end(), other.worst.begin(), other.worst.end());
   keepWorst(worst);
@@ -98,6 +103,34 @@ void OrderChecker::split(const Crossing& crossing, const Vec3& origin, const Vec
   }
 }
 
+std::size_t OrderChecker::contested(std::span<const Piece> pieces) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    for (std::size_t j = i + 1; j < pieces.size() && pieces[j].enter < pieces[i].leave; ++j)
+      count += pieces[i].place < pieces[j].place && overlap(pieces[i].leave, pieces[j].enter) ? 1U : 0U;
+  }
+  return count;
+}
+
+// For each piece the worst that is composited before it though it lies in front; where pieces overlap, of those that
+// end before it begins.
+void OrderChecker::addWorst(int x, int y, std::span<const Piece> pieces, bool overlaps, Tally& tally) {
+  std::size_t lowest = 0;
+  for (std::size_t j = 1; j < pieces.size(); ++j) {
+    std::size_t front = lowest;
+    if (overlaps) {
+      front = j;
+      for (std::size_t i = 0; i < j; ++i) {
+        if (pieces[i].place < pieces[front].place && !overlap(pieces[i].leave, pieces[j].enter)) front = i;
+      }
+    }
+    if (pieces[front].place < pieces[j].place)
+      tally.worst.push_back({x, y, pieces[front].cell, pieces[j].cell, pieces[j].enter - pieces[front].enter});
+    if (pieces[j].place < pieces[lowest].place) lowest = j;
+  }
+  if (tally.worst.size() > 8 * Tally::worst_kept) keepWorst(tally.worst);
+}
+
 void OrderChecker::add(int x, int y, const Vec3& origin, const Vec3& direction, std::span<const Crossing> crossings,
                        Tally& tally) const {
   thread_local std::vector<Piece> pieces;
@@ -113,10 +146,11 @@ void OrderChecker::add(int x, int y, const Vec3& origin, const Vec3& direction, 
   ++tally.rays;
   tally.pairs += pieces.size() * (pieces.size() - 1) / 2;
 
+  const std::size_t overlaps_before = tally.overlaps;
   std::size_t farthest = 0;  // the piece that reaches deepest so far
   for (std::size_t i = 1; i < pieces.size(); ++i) {
     const Piece& before = pieces[farthest];
-    if (pieces[i].enter < before.leave - tolerance(pieces[i].enter, before.leave)) {
+    if (overlap(before.leave, pieces[i].enter)) {
       ++tally.overlaps;
       tally.first_overlaps.push_back({x, y, {before.cell, pieces[i].cell}});
       if (tally.first_overlaps.size() > 8 * Tally::worst_kept) keepFirst(tally.first_overlaps);
@@ -129,17 +163,13 @@ void OrderChecker::add(int x, int y, const Vec3& origin, const Vec3& direction, 
   scratch.resize(pieces.size());
   for (std::size_t i = 0; i < pieces.size(); ++i)
     places[i] = pieces[i].place;
-  const std::size_t inversions = ascendingPairs(places, scratch, 0, places.size());
-  if (inversions == 0) return;
-  tally.inversions += inversions;
-  std::size_t lowest = 0;
-  for (std::size_t j = 1; j < pieces.size(); ++j) {
-    if (pieces[lowest].place < pieces[j].place) {
-      tally.worst.push_back({x, y, pieces[lowest].cell, pieces[j].cell, pieces[j].enter - pieces[lowest].enter});
-    }
-    if (pieces[j].place < pieces[lowest].place) lowest = j;
-  }
-  if (tally.worst.size() > 8 * Tally::worst_kept) keepWorst(tally.worst);
+  const std::size_t ascending = ascendingPairs(places, scratch, 0, places.size());
+  if (ascending == 0) return;
+  const bool any_overlap = tally.overlaps != overlaps_before;
+  const std::size_t in_overlap = any_overlap ? contested(pieces) : 0;
+  tally.contested += in_overlap;
+  tally.inversions += ascending - in_overlap;
+  if (ascending != in_overlap) addWorst(x, y, pieces, any_overlap, tally);
 }
 
 }  // namespace spillikin::sort

@@ -33,8 +33,9 @@ struct Tally {
 
   std::size_t rays = 0;          // that meet at least one cell
   std::size_t pairs = 0;         // of pieces on a common ray
-  std::size_t inversions = 0;    // pairs in the wrong order
-  std::size_t overlaps = 0;      // pieces that begin before another has ended: no order is right there
+  std::size_t inversions = 0;    // pairs in the wrong order: the nearer ends before the farther begins
+  std::size_t contested = 0;     // pairs that overlap, the one that begins first composited first: no order is right
+  std::size_t overlaps = 0;      // pieces that begin before another has ended
   std::vector<Inversion> worst;  // deepest first
   struct Overlap {
     int x = 0, y = 0;
@@ -66,6 +67,9 @@ class OrderChecker {
     std::uint32_t place;
     double enter, leave;
   };
+  // Of pieces by `enter`, in the order of `places`: pairs that overlap and ascend.
+  static std::size_t contested(std::span<const Piece> pieces);
+  static void addWorst(int x, int y, std::span<const Piece> pieces, bool overlaps, Tally& tally);
   void split(const Crossing& crossing, const Vec3& origin, const Vec3& direction, std::vector<Piece>& pieces) const;
 
   const Order& order_;

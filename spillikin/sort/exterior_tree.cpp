@@ -1,5 +1,7 @@
 #include "spillikin/sort/exterior_tree.h"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -189,6 +191,51 @@ bool ExteriorTree::anyBeyond(std::size_t t) const {
     }
   }
   return false;
+}
+
+// Appends the later triangles that t crosses.
+void ExteriorTree::crossed(std::size_t t, std::vector<std::pair<std::uint32_t, std::uint32_t>>& out) const {
+  const Triangle p = corners(t);
+  float centre[3], half[3];
+  for (int k = 0; k < 3; ++k) {
+    const double low = std::min({p[0][k], p[1][k], p[2][k]}), high = std::max({p[0][k], p[1][k], p[2][k]});
+    centre[k] = static_cast<float>((0.5 * low + 0.5 * high - origin_[k]) * scale_);
+    half[k] = static_cast<float>((0.5 * high - 0.5 * low) * scale_) + margin;
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> stack{{levels_.size() - 1, 0}};
+  while (!stack.empty()) {
+    const auto [level, node] = stack.back();
+    stack.pop_back();
+    const Node& boxes = nodes_[levels_[level].first + node];
+    for (std::size_t j = 0; j < std::min(wide, levels_[level].count - wide * node); ++j) {
+      if (std::abs(boxes.cx[j] - centre[0]) > boxes.hx[j] + half[0] ||
+          std::abs(boxes.cy[j] - centre[1]) > boxes.hy[j] + half[1] ||
+          std::abs(boxes.cz[j] - centre[2]) > boxes.hz[j] + half[2]) {
+        continue;
+      }
+      const std::size_t box = wide * node + j;
+      if (level > 0) {
+        stack.emplace_back(level - 1, box);
+      } else if (box > t && cross(p, corners(box))) {
+        out.emplace_back(static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(box));
+      }
+    }
+  }
+}
+
+std::vector<std::pair<std::uint32_t, std::uint32_t>> ExteriorTree::crossings(std::size_t most) const {
+  tbb::enumerable_thread_specific<std::vector<std::pair<std::uint32_t, std::uint32_t>>> local;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, triangles_.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t t = range.begin(); t < range.end(); ++t)
+                        crossed(t, local.local());
+                    });
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> all;
+  for (const auto& found : local)
+    all.insert(all.end(), found.begin(), found.end());
+  std::sort(all.begin(), all.end());
+  if (all.size() > most) all.resize(most);
+  return all;
 }
 
 std::size_t ExteriorTree::bytes() const {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "spillikin/sort/convexity.h"
@@ -85,6 +86,10 @@ class ExteriorTree {
   // triangles lie near the plane to ask them all. Cost: logarithmic.
   bool anyBeyond(std::size_t t) const;
 
+  // Pairs of triangles that cross each other properly, an edge of one through the inside of the other (exact): cells
+  // overlap there. At most `most` of them, the first by index. Cost: as b searches, on all cores.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> crossings(std::size_t most) const;
+
   std::size_t bytes() const;
 
  private:
@@ -93,6 +98,7 @@ class ExteriorTree {
   static constexpr std::size_t wide = Node::wide;
 
   void build();
+  void crossed(std::size_t t, std::vector<std::pair<std::uint32_t, std::uint32_t>>& out) const;
   bool cornerBeyond(const ExteriorTriangle& plane, std::size_t other) const;
 
   const mesh::Mesh& mesh_;

@@ -76,6 +76,15 @@ void GapEdges::pairNonmatching() {
   }
 }
 
+std::array<mesh::Id, 2> GapEdges::overlapping() const {
+  const auto& triangles = tree_.triangles();
+  for (const auto& [a, b] : tree_.crossings(triangles.size())) {
+    if (partner_[a] != mesh::none && partner_[a] == partner_[b]) continue;
+    return {triangles[a].cell, triangles[b].cell};
+  }
+  return {mesh::none, mesh::none};
+}
+
 std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {
   return {by_cell_.data() + first_of_[cell], by_cell_.data() + first_of_[cell + 1]};
 }
@@ -152,6 +161,11 @@ std::size_t GapEdges::bytes() const {
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(found[0]);
   return bytes;
+}
+
+std::string overlapMessage(const mesh::Mesh& mesh, const std::array<mesh::Id, 2>& cells) {
+  return "cells overlap in space, as " + std::to_string(mesh.cell_file_id[cells[0]]) + " and " +
+         std::to_string(mesh.cell_file_id[cells[1]]) + " do, so that no order is right everywhere";
 }
 
 }  // namespace spillikin::sort

@@ -1,8 +1,10 @@
 // Which cells order each other across empty space.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -33,6 +35,9 @@ class GapEdges {
   ExteriorTree& tree() { return tree_; }
   // Pairs of exterior triangles of different cells that are taken for one face; few.
   const std::vector<std::pair<std::uint32_t, std::uint32_t>>& abutting() const { return abutting_; }
+  // The first pair of cells whose exterior triangles cross, but for the sides of one face; none of either when no two
+  // do. Where cells overlap no order is right.
+  std::array<mesh::Id, 2> overlapping() const;
   std::span<const std::uint32_t> trianglesOf(mesh::Id cell) const;
   int sign(std::uint32_t triangle) const { return signs_.sign(row_[triangle]); }
   std::size_t bytes() const;
@@ -51,6 +56,9 @@ class GapEdges {
   std::vector<std::uint32_t> first_of_;                            // per cell + 1: where its triangles begin there
   std::vector<std::vector<std::pair<mesh::Id, mesh::Id>>> found_;  // by fixed block of triangles: (behind, front) cells
 };
+
+// A sentence that names two cells by their file ids.
+std::string overlapMessage(const mesh::Mesh& mesh, const std::array<mesh::Id, 2>& cells);
 
 // What completing an order needs to know of gaps: the edges found for the view and who found them.
 struct Gaps {

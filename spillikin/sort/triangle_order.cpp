@@ -141,7 +141,20 @@ bool apart(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& v,
   return false;
 }
 
+bool passesThrough(const Vec3& p, const Vec3& q, const Triangle& t) {
+  if (orient3d(t[0], t[1], t[2], p) * orient3d(t[0], t[1], t[2], q) >= 0) return false;
+  const int s = mesh::orient3d(p, q, t[0], t[1]);
+  return s != 0 && mesh::orient3d(p, q, t[1], t[2]) == s && mesh::orient3d(p, q, t[2], t[0]) == s;
+}
+
 }  // namespace
+
+bool cross(const Triangle& a, const Triangle& b) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (passesThrough(a[k], a[(k + 1) % 3], b) || passesThrough(b[k], b[(k + 1) % 3], a)) return true;
+  }
+  return false;
+}
 
 bool seenTogether(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& viewpoint, double tolerance) {
   return !apart(a, b, viewpoint, tolerance) && !apart(b, a, viewpoint, tolerance);

@@ -21,6 +21,9 @@ bool projectionsOverlap(const Triangle& a, int sign_a, const Triangle& b, int si
 // and crossings of projected edges (Stein et al. 1994).
 int nearer(const Triangle& a, int sign_a, const Triangle& b, int sign_b, const Viewpoint& viewpoint);
 
+// Whether an edge of one passes through the inside of the other, at neither's border (exact).
+bool cross(const Triangle& a, const Triangle& b);
+
 // Whether what two convex polygons share as seen from the viewpoint is wider than `tolerance` (world units at their own
 // distance), in double. A polygon that is itself seen thinner than that shares nothing.
 bool seenTogether(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& viewpoint, double tolerance);

@@ -10,12 +10,13 @@ Xmpvo::Xmpvo(const mesh::Mesh& mesh, CurvedCells curved)
       layered_(mesh),
       problems_(mesh, signs_, curved),
       gaps_(mesh, signs_),
-      turns_(mesh, gaps_) {}
+      turns_(mesh, gaps_),
+      overlapping_(gaps_.overlapping()) {}
 
 void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cuts.clear();
   order.cycles.clear();
-  order.exact = true;
+  order.exact = exact();
   signs_(viewpoint);
   problems_.begin(order);
   const DepthBands bands(gaps_.tree().lower(), gaps_.tree().upper(), viewpoint);
@@ -25,6 +26,7 @@ void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   });
   if (layered_(signs_, order, nullptr, turns_.data()) < mesh_.cell_count() || !turns_.settle(viewpoint, layered_)) {
     orderByEdges(mesh_, signs_, layered_, gaps_, problems_, viewpoint, extra_, order);
+    order.exact = order.exact && exact();
     return;
   }
   by_turn_(turns_.turns(), order.cells);
@@ -32,6 +34,7 @@ void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
 }
 
 std::string Xmpvo::why() const {
+  if (!exact()) return overlapMessage(mesh_, overlapping_);
   return "every pair of exterior faces that one ray crosses through empty space is ordered exactly";
 }
 

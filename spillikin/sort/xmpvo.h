@@ -1,6 +1,7 @@
 // MPVO with edges across empty space.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "spillikin/sort/face_signs.h"
@@ -26,7 +27,7 @@ class Xmpvo final : public Sorter {
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::xmpvo; }
   std::string why() const override;
-  bool exact() const override { return true; }
+  bool exact() const override { return overlapping_[0] == mesh::none; }
   std::size_t bytes() const override;
 
   const GapTurns& turns() const { return turns_; }
@@ -41,6 +42,7 @@ class Xmpvo final : public Sorter {
   GapTurns turns_;
   TurnSort by_turn_;
   ExtraEdges extra_;
+  std::array<mesh::Id, 2> overlapping_;  // two cells, or none
 };
 
 }  // namespace spillikin::sort
