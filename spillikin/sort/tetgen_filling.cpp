@@ -151,7 +151,7 @@ std::string runChild(const mesh::Mesh& mesh, const Shell& shell, unsigned most_s
   waitpid(pid, &status, 0);
   if (WIFSIGNALED(status)) {
     return WTERMSIG(status) == SIGALRM ? "TetGen took longer than " + std::to_string(most_seconds) + " s"
-                                       : "TetGen crashed on its exterior";
+                                       : "TetGen crashed on its exterior, which probably crosses or overlaps itself";
   }
   if (WEXITSTATUS(status) == 3) return "TetGen gave up on its exterior, which touches or crosses itself";
   return whole && WEXITSTATUS(status) == 0 ? "" : "TetGen ended early";
