@@ -11,6 +11,7 @@
 #include "spillikin/mesh/refit.h"
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
+#include "spillikin/render/memory.h"
 #include "support/meshes.h"
 
 namespace spillikin {
@@ -72,6 +73,19 @@ TEST(Session, AConstantFieldAndNoFieldGiveAPicture) {
     EXPECT_GT(image.pixel(16, 16)[3], 0.2F);
     EXPECT_LT(image.pixel(16, 16)[3], 0.95F);
   }
+}
+
+TEST(Session, AnImageThatMemoryCannotHoldIsRefusedWithTheFigure) {
+  View view;
+  view.width = view.height = 16384;
+  EXPECT_NO_THROW(render::requireImageMemory(view, std::size_t{16} << 28U));
+  try {
+    render::requireImageMemory(view, (std::size_t{16} << 28U) - 1);
+    FAIL() << "nothing was refused";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("16384 x 16384 pixels takes 4.3 GB"), std::string::npos) << e.what();
+  }
+  EXPECT_GT(render::availableBytes(), std::size_t{1} << 20U);
 }
 
 TEST(Session, OnlyWhatChangedIsRedone) {

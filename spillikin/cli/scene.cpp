@@ -20,6 +20,7 @@
 #include "spillikin/mesh/refit.h"
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
+#include "spillikin/render/memory.h"
 
 namespace spillikin::cli {
 
@@ -189,6 +190,10 @@ void checkArguments(const SceneOptions& o) {
   componentNumber(o.field.component);
   // What is wrong with the view whatever the mesh is said before the mesh is read.
   if (!o.view.eye && !o.view.target) checkedView(o.view, {{-1, -1, -1}, {1, 1, 1}});
+  View size;
+  size.width = o.view.size[0];
+  size.height = o.view.size[1];
+  render::requireImageMemory(size, render::availableBytes());
 }
 
 render::Session openSession(const SceneOptions& o) {

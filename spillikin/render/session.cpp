@@ -17,6 +17,7 @@
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
+#include "spillikin/render/memory.h"
 #include "spillikin/sort/convexity.h"
 
 namespace spillikin::render {
@@ -342,6 +343,7 @@ integrate::TransferFunction Session::defaultTransferFunction() const {
 Image Session::draw() {
   constexpr double crowd = 0.01;  // of the image's pixels: repairing more costs about as much as an exact order
   Impl& s = *impl_;
+  requireImageMemory(s.view, availableBytes());
   s.chooseCompositor();
   const bool behind_certificate = s.certificateWillDo();
   const Sorted& sorted = s.sort(behind_certificate);
