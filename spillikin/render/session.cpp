@@ -175,8 +175,9 @@ void Session::Impl::warnOfFolds() {
 
 // What was made of the places of the vertices is made again.
 void Session::Impl::newGeometry() {
-  source.connectivity = {};
-  source.offsets = {};
+  // An empty list in place of these vectors would empty them and keep their memory.
+  source.connectivity = decltype(source.connectivity)();
+  source.offsets = decltype(source.offsets)();
   tets.reset();
   tet_field.reset();
   asked = {};

@@ -66,7 +66,7 @@ BspTree::BspTree(const ExteriorTree& exterior) : exterior_(exterior) {
   std::vector<std::uint32_t> next(offset_.begin(), offset_.end() - 1);
   for (const auto& [triangle, node] : placed_)
     node_of_[next[triangle]++] = node;
-  placed_ = {};
+  placed_ = decltype(placed_)();  // gives the memory back, as {} would not
 }
 
 BspTree::Node BspTree::choose(const std::vector<Fragment>& set) const {
