@@ -63,11 +63,13 @@ struct Stages {
 
 Stages draw(render::Session& session, View& view, int frames, double degrees) {
   Stages s;
+  Image image;
+  session.draw(image);
   for (int i = 0; i < frames; ++i) {
     render::turnView(view, {degrees, 0.0, 1.0});
     s.frame.add(spentOn([&] {
       session.setView(view);
-      session.draw();
+      session.draw(image);
     }));
     s.sort.push_back(session.stats().sort.seconds);
     s.project.push_back(session.stats().project.seconds);

@@ -1,9 +1,9 @@
 // The report of `make bench`: what the machine can do, and what Spillikin does on it, stage by stage and size by size.
 //   spillikin_performance report OUTPUT.md [--bench FILE.json] [--peers FILE.md] [--data FOLDER] [--most CELLS]
-//                                [--frames N]
+//                                [--frames N] [--load LOAD]
 //   spillikin_performance frame grid|delaunay N SIZE FRAMES       one mesh, as JSON: what the report runs as a child
 // --bench is what spillikin_bench wrote, --peers what spillikin_peers wrote; both become sections of the report. --data
-// is a folder of real meshes.
+// is a folder of real meshes. --load is the machine's load before all of these were begun.
 #include <fmt/format.h>
 #include <tbb/info.h>
 #include <unistd.h>
@@ -34,6 +34,7 @@ struct Arguments {
   std::string output, bench, peers, data;
   std::size_t most = 10'500'000;
   int frames = 5;
+  double load = -1.0;  // of the machine before any of this was begun; below 0: not told
 };
 
 std::string readAll(const std::string& path) {
@@ -299,7 +300,7 @@ std::string headlineSection(const std::string& path) {
 }
 
 int report(const std::string& program, const Arguments& a) {
-  const double load = loadNow();
+  const double load = a.load >= 0.0 ? a.load : loadNow();
   const bench::Roofline roof = bench::measureRoofline();
   std::vector<bench::FrameJob> grids, cubes, sizes;
   for (const std::size_t n : {12UL, 26UL, 55UL, 118UL}) {
@@ -348,6 +349,8 @@ Arguments parse(int argc, char** argv) {
       a.data = value;
     } else if (word == "--most") {
       a.most = std::stoul(value);
+    } else if (word == "--load") {
+      a.load = std::stod(value);
     } else if (word == "--frames") {
       a.frames = std::stoi(value);
     } else {
@@ -369,7 +372,7 @@ int main(int argc, char** argv) try {
   if (mode == "report" && argc >= 3) return report(argv[0], parse(argc, argv));
   fmt::print(stderr,
              "usage: spillikin_performance report OUTPUT.md [--bench FILE.json] [--peers FILE.md] [--data FOLDER] "
-             "[--most CELLS] [--frames N]\n");
+             "[--most CELLS] [--frames N] [--load LOAD]\n");
   return 2;
 } catch (const std::exception& e) {
   fmt::print(stderr, "spillikin_performance: error: {}\n", e.what());

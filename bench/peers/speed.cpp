@@ -76,12 +76,12 @@ class Walk {
   View view_;
 };
 
-Frames ownFrames(render::Session& session, Walk& walk, int count) {
+Frames ownFrames(render::Session& session, Walk& walk, int count, Image& image) {
   Frames frames;
   for (int i = 0; i < count; ++i) {
     frames.add(spentOn([&] {
       session.setView(walk.next());
-      session.draw();
+      session.draw(image);
     }));
   }
   return frames;
@@ -102,10 +102,11 @@ Json measureFrames(render::Session& session, const VtkMesh& grid, const Targets&
     contenders.push_back({m, std::make_unique<VtkPeer>(m, grid, look, options.size, options.size), {}, false});
     contenders.back().frame(walk.here(), false, options.limit_seconds);
   }
-  ownFrames(session, walk, 1);
+  Image image;
+  ownFrames(session, walk, 1, image);
   Frames own;
   for (int round = 0; round < options.rounds; ++round) {
-    append(own, ownFrames(session, walk, own_frames_per_round));
+    append(own, ownFrames(session, walk, own_frames_per_round, image));
     for (Contender& c : contenders) {
       if (c.mapper == Mapper::zsweep && c.frames.wall.size() == 1 && c.frames.wall[0] > 0.1 * options.limit_seconds)
         continue;

@@ -48,7 +48,8 @@ int run(const BenchOptions& o) {
   render::Session session = openSession(o);
   std::size_t printed = reportWarnings(session.warnings(), o.common.strict);
   const View first = session.view();
-  session.draw();  // what is prepared once is not a frame
+  Image image;
+  session.draw(image);  // what is prepared once is not a frame
   printed = reportWarnings(session.warnings(), o.common.strict, printed);
 
   std::vector<Series> all{{"frame", {}}, {"sort", {}}, {"project", {}}, {"composite", {}}};
@@ -57,7 +58,7 @@ int run(const BenchOptions& o) {
     render::turnView(view, {degrees_per_frame * frame, 0.0, 1.0});
     all[0].seconds.push_back(secondsOf([&] {
       session.setView(view);
-      session.draw();
+      session.draw(image);
     }));
     const render::Stats& stats = session.stats();
     all[1].seconds.push_back(stats.sort.seconds);
@@ -69,11 +70,11 @@ int run(const BenchOptions& o) {
   // The tiers below the viewpoint, on the last one.
   const double scalar = secondsOf([&] {
     session.setField(o.field.name, componentNumber(o.field.component));
-    session.draw();
+    session.draw(image);
   });
   const double look = secondsOf([&] {
     session.setTransferFunction(session.transferFunction().scaled(1.0));
-    session.draw();
+    session.draw(image);
   });
 
   auto j = nlohmann::ordered_json::parse(render::toJson(session.stats()));

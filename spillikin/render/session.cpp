@@ -341,14 +341,14 @@ integrate::TransferFunction Session::defaultTransferFunction() const {
   return look.scaled(extinctionFactor(impl_->mesh, field, look));
 }
 
-Image Session::draw() {
+void Session::draw(Image& image) {
   constexpr double crowd = 0.01;  // of the image's pixels: repairing more costs about as much as an exact order
   Impl& s = *impl_;
-  requireImageMemory(s.view, availableBytes());
+  const std::size_t pixels = static_cast<std::size_t>(s.view.width) * static_cast<std::size_t>(s.view.height);
+  if (image.rgba.size() < 4 * pixels) requireImageMemory(s.view, availableBytes());
   s.chooseCompositor();
   const bool behind_certificate = s.certificateWillDo();
   const Sorted& sorted = s.sort(behind_certificate);
-  Image image;
   const composite::Frame frame{s.drawnMesh(), s.drawnField(), s.transfer_function,
                                *s.camera,     sorted.order,   s.engine.integration,
                                s.drew_mesh,   s.drew_field,   s.drew_transfer_function};
@@ -375,6 +375,11 @@ Image Session::draw() {
         "{}: on {} pixels cells overlap in space, where no order is right; spillikin sort --verify names them",
         s.mesh.name.empty() ? "the mesh" : s.mesh.name, drawn.unresolved));
   }
+}
+
+Image Session::draw() {
+  Image image;
+  draw(image);
   return image;
 }
 

@@ -70,6 +70,8 @@ class Session {
   integrate::TransferFunction defaultTransferFunction() const;
 
   Image draw();
+  // The same into an image that the caller keeps: from frame to frame its memory is reused.
+  void draw(Image& image);
 
   // The order of the current view by the engine's sort, on drawnMesh(). Sorts when needed. The picture may have been
   // made from another one: see Stats::sort.road.
