@@ -324,6 +324,8 @@ int report(const std::string& program, const Arguments& a) {
     text += fmt::format("\nA million random tetrahedra in at most 0.13 s at 1024²: {:.3f} s, {}.\n",
                         number(rows.back(), "frame_seconds"), verdict(number(rows.back(), "frame_seconds") <= 0.13));
   }
+  if (rows.empty() || grid_rows.empty())
+    throw Error("--most leaves no mesh to be measured: it should be at least 20000");
   const Json& tiers = rows.back();
   const std::string tier_text = tierSection(tiers);
   rows.insert(rows.end(), grid_rows.begin(), grid_rows.end());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/meter.h"
+#include "bench/suite.h"
 #include "spillikin/base/error.h"
 #include "spillikin/io/read.h"
 #include "spillikin/render/defaults.h"
@@ -102,7 +103,8 @@ std::string roadsSection(const std::string& data, std::size_t most, int frames) 
       try {
         text += row(place, sort::name(a), drive(source, a, frames));
       } catch (const Error& e) {
-        text += fmt::format("| {} | {} | refused: {} | | | | | |\n", place.label, sort::name(a), e.what());
+        const std::string why = withoutFolder(e.what(), std::filesystem::path(data) / place.label);
+        text += fmt::format("| {} | {} | refused: {} | | | | | |\n", place.label, sort::name(a), why);
       }
     }
   }
