@@ -6,17 +6,11 @@
 #include <numeric>
 #include <unordered_set>
 
+#include "spillikin/mesh/place.h"
 #include "spillikin/mesh/predicates.h"
 
 namespace spillikin::sort {
 namespace {
-
-// The first vertex at the same place: coincident vertices have neighbouring ids.
-mesh::Id place(const mesh::Mesh& mesh, mesh::Id vertex) {
-  while (vertex > 0 && mesh.points[vertex] == mesh.points[vertex - 1])
-    --vertex;
-  return vertex;
-}
 
 struct Edge {
   mesh::Id low, high;   // places
@@ -54,8 +48,8 @@ std::vector<Edge> sortedEdges(const mesh::Mesh& mesh, const std::vector<Exterior
   edges.reserve(3 * exterior.size());
   for (std::size_t t = 0; t < exterior.size(); ++t) {
     for (std::uint8_t k = 0; k < 3; ++k) {
-      const mesh::Id a = place(mesh, exterior[t].corner[k]);
-      const mesh::Id b = place(mesh, exterior[t].corner[(k + 1) % 3]);
+      const mesh::Id a = mesh::place(mesh, exterior[t].corner[k]);
+      const mesh::Id b = mesh::place(mesh, exterior[t].corner[(k + 1) % 3]);
       edges.push_back({std::min(a, b), std::max(a, b), static_cast<mesh::Id>(t), k, a < b});
     }
   }
@@ -102,7 +96,7 @@ Convexity convexity(const mesh::Mesh& mesh, const std::vector<ExteriorTriangle>&
   for (std::size_t t = 0; t < exterior.size(); ++t) {
     if (root(parent, static_cast<mesh::Id>(t)) != root(parent, 0)) return {false, "its exterior has several parts"};
     for (const mesh::Id v : exterior[t].corner)
-      vertices.insert(place(mesh, v));
+      vertices.insert(mesh::place(mesh, v));
   }
   // V - E + F of a closed triangulated surface is 2 for a sphere alone.
   if (vertices.size() + exterior.size() != edges.size() / 2 + 2) return {false, "its exterior is not a sphere"};

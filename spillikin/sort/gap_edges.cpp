@@ -8,19 +8,13 @@
 #include <map>
 #include <numeric>
 
+#include "spillikin/mesh/place.h"
 #include "spillikin/mesh/predicates.h"
 
 namespace spillikin::sort {
 namespace {
 
 constexpr std::size_t block = 64;  // triangles searched by one task, whose edges are kept together
-
-// The first vertex at the same place: coincident vertices have neighbouring ids.
-mesh::Id place(const mesh::Mesh& mesh, mesh::Id vertex) {
-  while (vertex > 0 && mesh.points[vertex] == mesh.points[vertex - 1])
-    --vertex;
-  return vertex;
-}
 
 }  // namespace
 
@@ -48,7 +42,7 @@ void GapEdges::pairNonmatching() {
   if (mesh_.quad.empty() || mesh_.triangle.empty()) return;
   const auto key = [&](std::array<mesh::Id, 3> corner) {
     for (mesh::Id& v : corner)
-      v = place(mesh_, v);
+      v = mesh::place(mesh_, v);
     std::sort(corner.begin(), corner.end());
     return corner;
   };

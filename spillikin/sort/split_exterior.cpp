@@ -9,6 +9,7 @@
 
 #include "spillikin/mesh/build.h"
 #include "spillikin/mesh/cell_faces.h"
+#include "spillikin/mesh/place.h"
 #include "spillikin/mesh/predicates.h"
 #include "spillikin/sort/convexity.h"
 
@@ -19,15 +20,9 @@ using Corners = std::array<mesh::Id, 3>;
 // By exterior face: the triangles, outward, that take its place.
 using Replacement = std::map<mesh::Id, std::vector<Corners>>;
 
-mesh::Id place(const mesh::Mesh& mesh, mesh::Id vertex) {
-  while (vertex > 0 && mesh.points[vertex] == mesh.points[vertex - 1])
-    --vertex;
-  return vertex;
-}
-
 Corners placed(const mesh::Mesh& mesh, Corners c) {
   for (mesh::Id& v : c)
-    v = place(mesh, v);
+    v = mesh::place(mesh, v);
   std::sort(c.begin(), c.end());
   return c;
 }
@@ -160,7 +155,7 @@ class CrossedDiagonals {
     for (std::size_t i = 0; i < exterior_.size(); ++i) {
       const Corners& c = exterior_[i].corner;
       for (std::size_t k = 0; k < 3; ++k) {
-        const mesh::Id a = place(mesh_, c[k]), b = place(mesh_, c[(k + 1) % 3]);
+        const mesh::Id a = mesh::place(mesh_, c[k]), b = mesh::place(mesh_, c[(k + 1) % 3]);
         edges_[{std::min(a, b), std::max(a, b)}].push_back(i);
       }
       by_place_[placed(mesh_, c)].push_back(i);
@@ -191,7 +186,7 @@ class CrossedDiagonals {
   // The corner that is not on the edge.
   mesh::Id apex(std::size_t i, const Edge& edge) const {
     for (const mesh::Id v : exterior_[i].corner) {
-      const mesh::Id p = place(mesh_, v);
+      const mesh::Id p = mesh::place(mesh_, v);
       if (p != edge.first && p != edge.second) return p;
     }
     return edge.first;
@@ -239,7 +234,7 @@ class CrossedDiagonals {
   void cut(std::size_t t, const Edge& edge, mesh::Id middle) {
     Corners c = exterior_[t].corner;
     const mesh::Id top = apex(t, edge);
-    while (place(mesh_, c[0]) != top)
+    while (mesh::place(mesh_, c[0]) != top)
       std::rotate(c.begin(), c.begin() + 1, c.end());
     faces_[exterior_[t].face] = {{c[0], c[1], middle}, {c[0], middle, c[2]}};
   }

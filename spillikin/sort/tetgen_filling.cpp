@@ -13,16 +13,11 @@
 #define TETLIBRARY
 #include <tetgen.h>
 
+#include "spillikin/mesh/place.h"
 #include "spillikin/mesh/predicates.h"
 
 namespace spillikin::sort {
 namespace {
-
-mesh::Id place(const mesh::Mesh& mesh, mesh::Id vertex) {
-  while (vertex > 0 && mesh.points[vertex] == mesh.points[vertex - 1])
-    --vertex;
-  return vertex;
-}
 
 // The exterior in TetGen's terms: its vertices alone, numbered from 0.
 struct Shell {
@@ -34,14 +29,14 @@ Shell shellOf(const mesh::Mesh& mesh, const std::vector<ExteriorTriangle>& exter
   Shell shell;
   for (const auto& t : exterior) {
     for (const mesh::Id v : t.corner)
-      shell.vertex.push_back(place(mesh, v));
+      shell.vertex.push_back(mesh::place(mesh, v));
   }
   std::sort(shell.vertex.begin(), shell.vertex.end());
   shell.vertex.erase(std::unique(shell.vertex.begin(), shell.vertex.end()), shell.vertex.end());
   for (const auto& t : exterior) {
     auto& corners = shell.triangle.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto at = std::lower_bound(shell.vertex.begin(), shell.vertex.end(), place(mesh, t.corner[k]));
+      const auto at = std::lower_bound(shell.vertex.begin(), shell.vertex.end(), mesh::place(mesh, t.corner[k]));
       corners[k] = static_cast<mesh::Id>(at - shell.vertex.begin());
     }
   }
