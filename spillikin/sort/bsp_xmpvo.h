@@ -1,15 +1,10 @@
 // MPVO merged with the traversal of a BSP tree of the exterior.
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "spillikin/sort/bsp_tree.h"
-#include "spillikin/sort/gap_edges.h"
-#include "spillikin/sort/gap_turns.h"
-#include "spillikin/sort/layered_sort.h"
-#include "spillikin/sort/problem_faces.h"
-#include "spillikin/sort/sort.h"
+#include "spillikin/sort/gap_sorter.h"
 
 namespace spillikin::sort {
 
@@ -26,29 +21,18 @@ namespace spillikin::sort {
 //
 // Exact for every mesh whose cells do not overlap. Cost of a view: that of MPVO, of the tree, linear in its nodes, of a
 // counting sort, and of the searches. In a cycle all edges across gaps are found and cells of it are cut.
-class BspXmpvo final : public Sorter {
+class BspXmpvo final : public GapSorter {
  public:
   explicit BspXmpvo(const mesh::Mesh& mesh);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::bsp_xmpvo; }
   std::string why() const override;
-  bool exact() const override { return overlapping_[0] == mesh::none; }
-  std::size_t bytes() const override;
+  std::size_t bytes() const override { return GapSorter::bytes() + tree_.bytes(); }
 
   const BspTree& tree() const { return tree_; }
-  const GapTurns& turns() const { return turns_; }
 
  private:
-  const mesh::Mesh& mesh_;
-  FaceSigns signs_;
-  LayeredSort layered_;
-  ProblemCells problems_;
-  GapEdges gaps_;
-  GapTurns turns_;
   BspTree tree_;
-  TurnSort by_turn_;
-  ExtraEdges extra_;
-  std::array<mesh::Id, 2> overlapping_;  // two cells, or none
 };
 
 }  // namespace spillikin::sort
