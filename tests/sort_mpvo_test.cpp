@@ -15,6 +15,7 @@
 #include "spillikin/sort/radix_sort.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/triangle_order.h"
+#include "tests/sort_orders.h"
 #include "tests/sort_views.h"
 #include "tests/support/meshes.h"
 
@@ -72,26 +73,16 @@ TEST(FaceSigns, RarelyAskTheExactPredicate) {
 
 // Every interior face has its cells in the right order; every cell comes once; layers hold no two neighbours.
 void expectSorted(const mesh::Mesh& mesh, const Viewpoint& v, const Order& order) {
-  ASSERT_EQ(order.cells.size(), mesh.cell_count());
-  std::vector<std::size_t> position(mesh.cell_count(), mesh.cell_count());
-  for (std::size_t i = 0; i < order.cells.size(); ++i)
-    position[order.cells[i]] = i;
-  ASSERT_EQ(std::count(position.begin(), position.end(), mesh.cell_count()), 0);
+  std::vector<std::size_t> position;
+  ASSERT_NO_FATAL_FAILURE(findPositions(mesh, order, position));
   std::vector<std::size_t> layer(order.cells.size());
   for (std::size_t l = 0; l + 1 < order.layer_offset.size(); ++l) {
     for (std::size_t i = order.layer_offset[l]; i < order.layer_offset[l + 1]; ++i)
       layer[i] = l;
   }
   ASSERT_EQ(order.layer_offset.back(), order.cells.size());
-  for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
-    const auto [behind, front] = mesh.triangle_cells[f];
-    if (front == mesh::none) continue;
-    const auto& t = mesh.triangle[f];
-    const int s = exactSign(mesh, t[0], t[1], t[2], v);
-    if (s == 0) continue;
-    ASSERT_EQ(position[behind]<position[front], s> 0);
-    ASSERT_NE(layer[position[behind]], layer[position[front]]);
-  }
+  expectFaces(mesh, v, position,
+              [&](mesh::Id behind, mesh::Id front) { ASSERT_NE(layer[position[behind]], layer[position[front]]); });
 }
 
 TEST(Mpvo, OrdersConvexMeshesByEveryFace) {

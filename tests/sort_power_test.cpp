@@ -14,6 +14,7 @@
 #include "spillikin/sort/power.h"
 #include "spillikin/sort/regularity.h"
 #include "spillikin/sort/weights.h"
+#include "tests/sort_orders.h"
 #include "tests/sort_views.h"
 #include "tests/support/meshes.h"
 
@@ -60,22 +61,6 @@ mesh::Source cone(double turn) {
     add(k, 3 + next, 3 + k);
   }
   return source;
-}
-
-void expectEveryFace(const mesh::Mesh& mesh, const Viewpoint& v, const Order& order) {
-  ASSERT_EQ(order.cells.size(), mesh.cell_count());
-  std::vector<std::size_t> position(mesh.cell_count(), mesh.cell_count());
-  for (std::size_t i = 0; i < order.cells.size(); ++i)
-    position[order.cells[i]] = i;
-  ASSERT_EQ(std::count(position.begin(), position.end(), mesh.cell_count()), 0);
-  for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
-    const auto [behind, front] = mesh.triangle_cells[f];
-    if (front == mesh::none) continue;
-    const auto& t = mesh.triangle[f];
-    const int s = exactSign(mesh, t[0], t[1], t[2], v);
-    if (s == 0) continue;
-    ASSERT_EQ(position[behind]<position[front], s> 0) << "face " << f;
-  }
 }
 
 TEST(Regularity, OfKnownTriangulations) {

@@ -12,6 +12,7 @@
 #include "spillikin/mesh/predicates.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/turns.h"
+#include "tests/sort_orders.h"
 #include "tests/support/meshes.h"
 
 namespace spillikin::sort {
@@ -73,22 +74,6 @@ TEST(TurnSort, IsStable) {
   }
 }
 
-void expectFacesOrdered(const mesh::Mesh& mesh, const Viewpoint& v, const Order& order) {
-  ASSERT_EQ(order.cells.size(), mesh.cell_count());
-  std::vector<std::size_t> position(mesh.cell_count(), mesh.cell_count());
-  for (std::size_t i = 0; i < order.cells.size(); ++i)
-    position[order.cells[i]] = i;
-  ASSERT_EQ(std::count(position.begin(), position.end(), mesh.cell_count()), 0);
-  for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
-    const auto [behind, front] = mesh.triangle_cells[f];
-    if (front == mesh::none) continue;
-    const auto& t = mesh.triangle[f];
-    const int s = mesh::orientViewpoint(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], v);
-    if (s == 0) continue;
-    ASSERT_EQ(position[behind]<position[front], s> 0);
-  }
-}
-
 TEST(Mpvonc, OrdersEveryFaceOfNonconvexMeshes) {
   for (const auto& source : {tests::shell(12), tests::interlockedTori(6)}) {
     const mesh::Mesh mesh = mesh::build(source);
@@ -99,7 +84,7 @@ TEST(Mpvonc, OrdersEveryFaceOfNonconvexMeshes) {
       (*sorter)(v, order);
       EXPECT_FALSE(order.exact);
       EXPECT_TRUE(order.cycles.empty());
-      expectFacesOrdered(mesh, v, order);
+      expectEveryFace(mesh, v, order);
     }
   }
 }
