@@ -12,8 +12,7 @@ namespace spillikin::bench {
 namespace fs = std::filesystem;
 
 integrate::TransferFunction lookOf(const render::Session& session, const char* preset) {
-  const auto look = integrate::preset(preset).mapped(session.field().lo, session.field().hi);
-  return look.scaled(render::extinctionFactor(session.mesh(), session.field(), look));
+  return render::typicalLook(session.mesh(), session.field(), preset);
 }
 
 std::vector<View> views(const render::Session& session, int size) {

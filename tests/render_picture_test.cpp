@@ -34,9 +34,7 @@ std::vector<View> views(const render::Session& session, int size) {
 }
 
 integrate::TransferFunction lookOf(const render::Session& session, const char* preset) {
-  const mesh::Field& field = session.field();
-  const auto tf = integrate::preset(preset).mapped(field.lo, field.hi);
-  return tf.scaled(render::extinctionFactor(session.mesh(), field, tf));
+  return render::typicalLook(session.mesh(), session.field(), preset);
 }
 
 struct Truth {

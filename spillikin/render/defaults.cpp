@@ -138,4 +138,9 @@ double extinctionFactor(const mesh::Mesh& mesh, const mesh::Field& field, const 
   return -std::log(transmittance) / *median;
 }
 
+integrate::TransferFunction typicalLook(const mesh::Mesh& mesh, const mesh::Field& field, const char* preset) {
+  const auto look = integrate::preset(preset).mapped(field.lo, field.hi);
+  return look.scaled(extinctionFactor(mesh, field, look));
+}
+
 }  // namespace spillikin::render

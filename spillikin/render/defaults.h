@@ -38,4 +38,8 @@ double fittingParallelScale(const Box& box, int width, int height);
 double extinctionFactor(const mesh::Mesh& mesh, const mesh::Field& field, const integrate::TransferFunction& look,
                         double transmittance = 1.0 / 3.0);
 
+// The preset over the field's range, at the extinction at which a typical ray keeps a third of its light. Throws Error
+// when no preset has the name.
+integrate::TransferFunction typicalLook(const mesh::Mesh& mesh, const mesh::Field& field, const char* preset);
+
 }  // namespace spillikin::render

@@ -125,6 +125,7 @@ struct Session::Impl {
   bool certificateWillDo();
   Sorted& sort(bool behind_certificate);
   void warn(std::string line);
+  std::string called() const { return mesh.name.empty() ? "the mesh" : mesh.name; }
 };
 
 void Session::Impl::warn(std::string line) {
@@ -169,8 +170,8 @@ void Session::Impl::warnOfFolds() {
   warn(
       fmt::format("{}: {} folded cell{}, whose faces cross each other so that they overlap; where they lie the picture "
                   "means nothing: cell{} {}{}",
-                  mesh.name.empty() ? "the mesh" : mesh.name, folded.size(), folded.size() == 1 ? "" : "s",
-                  ids.size() == 1 ? "" : "s", fmt::join(ids, ", "), more ? ", ..." : ""));
+                  called(), folded.size(), folded.size() == 1 ? "" : "s", ids.size() == 1 ? "" : "s",
+                  fmt::join(ids, ", "), more ? ", ..." : ""));
 }
 
 // What was made of the places of the vertices is made again.
@@ -194,8 +195,7 @@ const mesh::Mesh& Session::Impl::drawnMesh() {
       warn(fmt::format(
           "{}: {} cells cannot be cut into tetrahedra that fill them, the first is cell {}; draw them whole "
           "(--project zoo)",
-          mesh.name.empty() ? "the mesh" : mesh.name, tets->unfilled.size(),
-          mesh.cell_file_id[tets->unfilled.front()]));
+          called(), tets->unfilled.size(), mesh.cell_file_id[tets->unfilled.front()]));
     }
   }
   return tets->mesh;
@@ -336,9 +336,7 @@ View Session::defaultView(int width, int height) const {
 }
 
 integrate::TransferFunction Session::defaultTransferFunction() const {
-  const mesh::Field& field = impl_->field;
-  const auto look = integrate::preset(integrate::default_preset).mapped(field.lo, field.hi);
-  return look.scaled(extinctionFactor(impl_->mesh, field, look));
+  return typicalLook(impl_->mesh, impl_->field, integrate::default_preset);
 }
 
 void Session::draw(Image& image) {
@@ -367,13 +365,12 @@ void Session::draw(Image& image) {
   if (behind_certificate) s.crowded = static_cast<double>(drawn.flagged) > crowd * s.view.width * s.view.height;
   const bool certified = drawn.certified && drawn.unresolved == 0;
   if (!sorted.order.exact && !certified && !behind_certificate) {
-    s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.mesh.name.empty() ? "the mesh" : s.mesh.name,
-                       s.stats.sort.why));
+    s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.called(), s.stats.sort.why));
   }
   if (drawn.unresolved > 0) {
     s.warn(fmt::format(
         "{}: on {} pixels cells overlap in space, where no order is right; spillikin sort --verify names them",
-        s.mesh.name.empty() ? "the mesh" : s.mesh.name, drawn.unresolved));
+        s.called(), drawn.unresolved));
   }
 }
 
