@@ -20,28 +20,36 @@ namespace {
 using namespace spillikin;
 using sort::Algorithm;
 
+// Milliseconds on the wall, and the processor time of all threads beside them.
+void onAllCores(benchmark::internal::Benchmark* b) {
+  b->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+}
+
+using Meshes = std::map<std::size_t, mesh::Mesh>;
+
+template <class Make>
+const mesh::Mesh& kept(Meshes& made, std::size_t size, const Make& make) {
+  const auto [at, fresh] = made.try_emplace(size);
+  if (fresh) at->second = mesh::build(make(size));
+  return at->second;
+}
+
 // 6 n^3 tetrahedra of a jittered grid; kept, since making them takes longer than what is measured.
 const mesh::Mesh& grid(std::size_t n) {
-  static std::map<std::size_t, mesh::Mesh> made;
-  const auto [at, fresh] = made.try_emplace(n);
-  if (fresh) at->second = mesh::build(tests::tetrahedronGrid(n, 0.3, 1));
-  return at->second;
+  static Meshes made;
+  return kept(made, n, [](std::size_t size) { return tests::tetrahedronGrid(size, 0.3, 1); });
 }
 
 // Delaunay tetrahedra of random points, some 6.7 a point.
 const mesh::Mesh& delaunay(std::size_t points) {
-  static std::map<std::size_t, mesh::Mesh> made;
-  const auto [at, fresh] = made.try_emplace(points);
-  if (fresh) at->second = mesh::build(tests::delaunayCube(points, 7));
-  return at->second;
+  static Meshes made;
+  return kept(made, points, [](std::size_t size) { return tests::delaunayCube(size, 7); });
 }
 
 // A thick spherical shell with an opening.
 const mesh::Mesh& shell(std::size_t n) {
-  static std::map<std::size_t, mesh::Mesh> made;
-  const auto [at, fresh] = made.try_emplace(n);
-  if (fresh) at->second = mesh::build(tests::shell(n));
-  return at->second;
+  static Meshes made;
+  return kept(made, n, [](std::size_t size) { return tests::shell(size); });
 }
 
 Viewpoint eye(const mesh::Mesh& mesh, int view, double step) {
@@ -92,46 +100,31 @@ BENCHMARK_CAPTURE(onGrid, mpvo, Algorithm::mpvo, four_degrees)
     ->Arg(26)
     ->Arg(55)
     ->Arg(119)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 BENCHMARK_CAPTURE(onGrid, mpvo_small, Algorithm::mpvo, small_step)
     ->Name("sort/mpvo/small-step")
     ->Arg(55)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 BENCHMARK_CAPTURE(onGrid, power, Algorithm::power, four_degrees)
     ->Name("sort/power")
     ->Arg(12)
     ->Arg(26)
     ->Arg(55)
     ->Arg(119)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 BENCHMARK_CAPTURE(onGrid, centroid, Algorithm::centroid, four_degrees)
     ->Name("sort/centroid")
     ->Arg(12)
     ->Arg(26)
     ->Arg(55)
     ->Arg(119)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(onGrid, mpvonc, Algorithm::mpvonc, four_degrees)
-    ->Name("sort/mpvonc")
-    ->Arg(55)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
+BENCHMARK_CAPTURE(onGrid, mpvonc, Algorithm::mpvonc, four_degrees)->Name("sort/mpvonc")->Arg(55)->Apply(onAllCores);
 
 // A million hexahedra with curved faces: the sides of the viewpoint and the problem cells of a new view.
 const mesh::Mesh& hexahedra(std::size_t n) {
-  static std::map<std::size_t, mesh::Mesh> made;
-  const auto [at, fresh] = made.try_emplace(n);
-  if (fresh) at->second = mesh::build(tests::hexahedronGrid(n, 0.2, 1));
-  return at->second;
+  static Meshes made;
+  return kept(made, n, [](std::size_t size) { return tests::hexahedronGrid(size, 0.2, 1); });
 }
 
 void problemFaces(benchmark::State& state) {
@@ -147,12 +140,7 @@ void problemFaces(benchmark::State& state) {
   state.counters["faces/s"] = benchmark::Counter(faces, benchmark::Counter::kIsIterationInvariantRate);
   state.counters["problem cells"] = static_cast<double>(problems.cells());
 }
-BENCHMARK(problemFaces)
-    ->Name("sort/problem-faces")
-    ->Arg(100)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+BENCHMARK(problemFaces)->Name("sort/problem-faces")->Arg(100)->Apply(onAllCores);
 
 // Cells in cycles by their curved faces: cut, or subdivided first.
 void curved(benchmark::State& state, sort::CurvedCells road) {
@@ -167,18 +155,11 @@ void curved(benchmark::State& state, sort::CurvedCells road) {
   }
   state.counters["added pieces"] = static_cast<double>(pieces) / static_cast<double>(state.iterations());
 }
-BENCHMARK_CAPTURE(curved, cut, sort::CurvedCells::cut)
-    ->Name("sort/curved/cut")
-    ->Arg(40)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(curved, cut, sort::CurvedCells::cut)->Name("sort/curved/cut")->Arg(40)->Apply(onAllCores);
 BENCHMARK_CAPTURE(curved, tetrahedra, sort::CurvedCells::tetrahedra)
     ->Name("sort/curved/tetrahedra")
     ->Arg(40)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 
 void onDelaunay(benchmark::State& state, Algorithm algorithm) {
   run(state, algorithm, delaunay(static_cast<std::size_t>(state.range(0))), four_degrees);
@@ -188,45 +169,24 @@ BENCHMARK_CAPTURE(onDelaunay, mpvo, Algorithm::mpvo)
     ->Arg(1600)
     ->Arg(15000)
     ->Arg(149000)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 BENCHMARK_CAPTURE(onDelaunay, power, Algorithm::power)
     ->Name("sort/delaunay/power")
     ->Arg(1600)
     ->Arg(15000)
     ->Arg(149000)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 
 void onShell(benchmark::State& state, Algorithm algorithm) {
   run(state, algorithm, shell(static_cast<std::size_t>(state.range(0))), four_degrees);
 }
-BENCHMARK_CAPTURE(onShell, mpvo, Algorithm::mpvo)
-    ->Name("sort/shell/mpvo-inexact")
-    ->Arg(16)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(onShell, xmpvo, Algorithm::xmpvo)
-    ->Name("sort/shell/xmpvo")
-    ->Arg(16)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(onShell, bsp, Algorithm::bsp_xmpvo)
-    ->Name("sort/shell/bsp-xmpvo")
-    ->Arg(16)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(onShell, mpvo, Algorithm::mpvo)->Name("sort/shell/mpvo-inexact")->Arg(16)->Apply(onAllCores);
+BENCHMARK_CAPTURE(onShell, xmpvo, Algorithm::xmpvo)->Name("sort/shell/xmpvo")->Arg(16)->Apply(onAllCores);
+BENCHMARK_CAPTURE(onShell, bsp, Algorithm::bsp_xmpvo)->Name("sort/shell/bsp-xmpvo")->Arg(16)->Apply(onAllCores);
 BENCHMARK_CAPTURE(onShell, convexified, Algorithm::convexified)
     ->Name("sort/shell/convexified")
     ->Arg(16)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+    ->Apply(onAllCores);
 
 // The two halves of a view.
 void faceSigns(benchmark::State& state) {
@@ -239,12 +199,7 @@ void faceSigns(benchmark::State& state) {
       benchmark::Counter(static_cast<double>(mesh.face_count()), benchmark::Counter::kIsIterationInvariantRate);
   state.counters["exact"] = static_cast<double>(signs.exactCalls());
 }
-BENCHMARK(faceSigns)
-    ->Name("sort/face-signs")
-    ->Arg(55)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+BENCHMARK(faceSigns)->Name("sort/face-signs")->Arg(55)->Apply(onAllCores);
 
 void layers(benchmark::State& state) {
   const mesh::Mesh& mesh = grid(static_cast<std::size_t>(state.range(0)));
@@ -264,11 +219,6 @@ void prepare(benchmark::State& state) {
   for (auto _ : state)
     benchmark::DoNotOptimize(sort::makeSorter(Algorithm::mpvo, mesh)->bytes());
 }
-BENCHMARK(prepare)
-    ->Name("sort/mpvo/prepare")
-    ->Arg(55)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
+BENCHMARK(prepare)->Name("sort/mpvo/prepare")->Arg(55)->Apply(onAllCores);
 
 }  // namespace
