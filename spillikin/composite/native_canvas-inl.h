@@ -13,7 +13,7 @@
 #include <cstring>
 #include <limits>
 
-#include "spillikin/composite/native_centres.h"
+#include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_thin-inl.h"
 
@@ -22,13 +22,6 @@ namespace spillikin::composite::native::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-HWY_INLINE VF centresX(std::size_t first) {
-  return hn::Load(DF(), centres.x[first / block_pixels % block_columns] + first % block_pixels);
-}
-HWY_INLINE VF centresY(std::size_t first) {
-  return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
-}
 
 // Directions are linear in the pixel; relative to the tile's corner float keeps their lengths to a unit in the last
 // place or two.
