@@ -21,8 +21,13 @@ inline constexpr float deep_depth = 1.0F;
 // How a cell is shaded. Where extinction is linear over the whole cell: by a short series, the colour linear too, or
 // bent at one place, or at several; or by a long series. Else cut where pieces of the transfer function meet, at one or
 // at several places, by a short series; by a long one; or with the scalar kept within the cell's range and at any
-// depth. An edge-on face takes the cell out of the kernel's hands.
-enum class Care : std::int32_t { none, bend, bends, long_bends, cut, cuts, deep, full, edge_on };
+// depth.
+enum class Care : std::int32_t { none, bend, bends, long_bends, cut, cuts, deep, full };
+
+// What a colour's bends may leave out (see Look) where they are weighted with the light's mean and tilt alone, and
+// where with its bow too: at most a twentieth of a display step.
+inline constexpr float flat_left_out = 0.04F, bowed_left_out = 0.4F;
+inline constexpr float most_bend = 8.0F;  // so that float keeps the differences of what the pieces give
 
 // What a cell shows of the transfer function: its pieces first .. last, over the scalar's range.
 struct Look {
@@ -57,8 +62,6 @@ struct Look {
   // change * bend * (depth^2 / 2 + 3/2 growth) for each unit of opacity; with it, a tenth of that at the depths
   // allowed.
   Care straightCare(float length) const {
-    constexpr float flat = 0.04F, bowed = 0.4F;  // so left out: at most a twentieth of a display step
-    constexpr float most_bend = 8.0F;            // so that float keeps the differences of what the pieces give
     const Piece& p = pieces[first];
     const float a = p.extinction + p.extinction_slope * (lo - p.anchor);
     const float b = p.extinction + p.extinction_slope * (hi - p.anchor);
@@ -67,12 +70,61 @@ struct Look {
     const float bend = (hi - lo) * (pieces[last].bent - p.bent);
     const float growth = std::abs(a - b) * length;
     const float left_out = bend * (0.5F * depth * depth + 1.5F * growth);
-    if (!(bend <= most_bend && left_out <= bowed)) return Care::full;
+    if (!(bend <= most_bend && left_out <= bowed_left_out)) return Care::full;
     if (!(depth < thin_depth)) return Care::long_bends;
     if (first == last) return Care::none;
-    return last - first == 1 && left_out <= flat ? Care::bend : Care::bends;
+    return last - first == 1 && left_out <= flat_left_out ? Care::bend : Care::bends;
   }
 };
+
+// What shades a tetrahedron's fragments: its care, with a number of bends of its own where they are few, so that no
+// branch depends on a fragment.
+enum class Kind : std::int32_t {
+  none,
+  bend,
+  bends1,
+  bends2,
+  bends3,
+  bends4,
+  bends,
+  long0,
+  long1,
+  long2,
+  long3,
+  long4,
+  longs,
+  cut,
+  cuts,
+  deep,
+  full,
+  edge_on
+};
+inline constexpr std::int32_t few_bends = 4;
+
+inline Kind kindOf(Care care, std::int32_t bends) {
+  const auto counted = [bends](Kind none, Kind many) {
+    return bends > few_bends ? many : static_cast<Kind>(static_cast<std::int32_t>(none) + bends);
+  };
+  switch (care) {
+    case Care::none:
+      return Kind::none;
+    case Care::bend:
+      return Kind::bend;
+    case Care::bends:
+      return counted(Kind::bend, Kind::bends);
+    case Care::long_bends:
+      return counted(Kind::long0, Kind::longs);
+    case Care::cut:
+      return Kind::cut;
+    case Care::cuts:
+      return Kind::cuts;
+    case Care::deep:
+      return Kind::deep;
+    case Care::full:
+      break;
+  }
+  return Kind::full;
+}
 
 struct CellBatch {
   template <class T>
@@ -95,7 +147,7 @@ struct CellBatch {
   alignas(64) PerCell<std::int32_t> block_x0, block_x1, block_y0, block_y1;
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
   alignas(64) PerCell<float> slope;             // of nearness over the tile, on the steepest face
-  alignas(64) PerCell<Care> care;
+  alignas(64) PerCell<Kind> kind;
 
   Look look(const Piece* pieces, std::size_t i) const { return {pieces, first_piece[i], last_piece[i], lo[i], hi[i]}; }
 

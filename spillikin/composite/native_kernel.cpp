@@ -119,12 +119,12 @@ HWY_INLINE std::size_t coverAny(const CellBatch& batch, std::size_t i, const Pix
   }
 }
 
-template <bool Parallel, Care care>
+template <bool Parallel, class S>
 HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
                                    std::size_t count, Pixels& pixels) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
-  const Shader<care> shader(batch.look(view.screen->pieces().data(), i));
+  const S shader(batch.look(view.screen->pieces().data(), i));
   const Rays<Parallel> rays(view, batch, i, shader.anchor());
   const Certificate certificate(view);
   std::size_t fragments = 0;
@@ -151,44 +151,60 @@ HWY_INLINE std::size_t coverCell(const TileView& view, const CellBatch& batch, s
 }
 
 template <bool Parallel>
+HWY_INLINE std::size_t shadeKind(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
+                                 std::size_t n, Pixels& pixels) {
+  switch (batch.kind[i]) {
+    case Kind::none:
+      return shadeCell<Parallel, Shader<Care::none>>(view, batch, i, covered, n, pixels);
+    case Kind::bend:
+      return shadeCell<Parallel, Shader<Care::bend>>(view, batch, i, covered, n, pixels);
+    case Kind::bends1:
+      return shadeCell<Parallel, StraightShader<ThinSeries, 1>>(view, batch, i, covered, n, pixels);
+    case Kind::bends2:
+      return shadeCell<Parallel, StraightShader<ThinSeries, 2>>(view, batch, i, covered, n, pixels);
+    case Kind::bends3:
+      return shadeCell<Parallel, StraightShader<ThinSeries, 3>>(view, batch, i, covered, n, pixels);
+    case Kind::bends4:
+      return shadeCell<Parallel, StraightShader<ThinSeries, 4>>(view, batch, i, covered, n, pixels);
+    case Kind::bends:
+      return shadeCell<Parallel, Shader<Care::bends>>(view, batch, i, covered, n, pixels);
+    case Kind::long0:
+      return shadeCell<Parallel, StraightShader<ForwardSeries, 0>>(view, batch, i, covered, n, pixels);
+    case Kind::long1:
+      return shadeCell<Parallel, StraightShader<ForwardSeries, 1>>(view, batch, i, covered, n, pixels);
+    case Kind::long2:
+      return shadeCell<Parallel, StraightShader<ForwardSeries, 2>>(view, batch, i, covered, n, pixels);
+    case Kind::long3:
+      return shadeCell<Parallel, StraightShader<ForwardSeries, 3>>(view, batch, i, covered, n, pixels);
+    case Kind::long4:
+      return shadeCell<Parallel, StraightShader<ForwardSeries, 4>>(view, batch, i, covered, n, pixels);
+    case Kind::longs:
+      return shadeCell<Parallel, Shader<Care::long_bends>>(view, batch, i, covered, n, pixels);
+    case Kind::cut:
+      return shadeCell<Parallel, Shader<Care::cut>>(view, batch, i, covered, n, pixels);
+    case Kind::cuts:
+      return shadeCell<Parallel, Shader<Care::cuts>>(view, batch, i, covered, n, pixels);
+    case Kind::deep:
+      return shadeCell<Parallel, Shader<Care::deep>>(view, batch, i, covered, n, pixels);
+    case Kind::full:
+    case Kind::edge_on:
+      break;
+  }
+  return shadeCell<Parallel, Shader<Care::full>>(view, batch, i, covered, n, pixels);
+}
+
+template <bool Parallel>
 std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const CellBatch& batch, Pixels& pixels,
                        Coverage& covered) {
   std::size_t fragments = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (HWY_UNLIKELY(batch.care[i] == Care::edge_on)) {
+    if (HWY_UNLIKELY(batch.kind[i] == Kind::edge_on)) {
       view.hand_back.take(view.hand_back.self, cells[i]);
       continue;
     }
     const std::size_t n = coverCell(view, batch, i, pixels, covered);
     if (n == 0) continue;
-    switch (batch.care[i]) {
-      case Care::none:
-        fragments += shadeCell<Parallel, Care::none>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::bend:
-        fragments += shadeCell<Parallel, Care::bend>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::bends:
-        fragments += shadeCell<Parallel, Care::bends>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::long_bends:
-        fragments += shadeCell<Parallel, Care::long_bends>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::cut:
-        fragments += shadeCell<Parallel, Care::cut>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::cuts:
-        fragments += shadeCell<Parallel, Care::cuts>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::deep:
-        fragments += shadeCell<Parallel, Care::deep>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::full:
-        fragments += shadeCell<Parallel, Care::full>(view, batch, i, covered, n, pixels);
-        break;
-      case Care::edge_on:
-        break;
-    }
+    fragments += shadeKind<Parallel>(view, batch, i, covered, n, pixels);
   }
   return fragments;
 }
@@ -263,24 +279,33 @@ HWY_NOINLINE void collectCell(const TileView& view, const CellBatch& batch, std:
 template <bool Parallel>
 void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std::size_t n, const PixelMask& wanted,
                 const Pixels& pixels, KernelScratch& scratch, std::vector<Fragment>& out) {
-  switch (batch.care[i]) {
-    case Care::none:
+  switch (batch.kind[i]) {
+    case Kind::none:
       return collectCell<Parallel, Care::none>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::bend:
+    case Kind::bend:
       return collectCell<Parallel, Care::bend>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::bends:
+    case Kind::bends1:
+    case Kind::bends2:
+    case Kind::bends3:
+    case Kind::bends4:
+    case Kind::bends:
       return collectCell<Parallel, Care::bends>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::long_bends:
+    case Kind::long0:
+    case Kind::long1:
+    case Kind::long2:
+    case Kind::long3:
+    case Kind::long4:
+    case Kind::longs:
       return collectCell<Parallel, Care::long_bends>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::cut:
+    case Kind::cut:
       return collectCell<Parallel, Care::cut>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::cuts:
+    case Kind::cuts:
       return collectCell<Parallel, Care::cuts>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::deep:
+    case Kind::deep:
       return collectCell<Parallel, Care::deep>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::full:
+    case Kind::full:
       return collectCell<Parallel, Care::full>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Care::edge_on:
+    case Kind::edge_on:
       return;
   }
 }
@@ -298,7 +323,7 @@ bool collect(const TileView& view, std::span<const Entry> entries, const PixelMa
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
     setUp(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (batch.care[i] == Care::edge_on) {
+      if (batch.kind[i] == Kind::edge_on) {
         view.hand_back.take(view.hand_back.self, cells[i]);
         continue;
       }

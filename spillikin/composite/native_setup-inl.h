@@ -11,10 +11,13 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,6 +31,7 @@ using VD = hn::Vec<DD>;
 using MD = hn::Mask<DD>;
 using DH = hn::Rebind<float, DD>;  // as many floats as there are doubles
 using DI = hn::Rebind<std::int32_t, DD>;
+using DIF = hn::RebindToSigned<DF>;
 
 // Nearness beyond this many times the mesh's is as good as infinite, and still squares within float.
 constexpr double nearness_limit = 1e12;
@@ -246,18 +250,85 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
+// A number of the pieces of the transfer function, one piece for each lane.
+HWY_INLINE VF pieceNumber(const Piece* pieces, hn::Vec<DIF> piece, std::size_t offset) {
+  constexpr std::size_t stride = sizeof(Piece) / sizeof(float);
+  static_assert(sizeof(Piece) == stride * sizeof(float));
+  const auto index = hn::Mul(piece, hn::Set(DIF(), static_cast<std::int32_t>(stride)));
+  return hn::GatherIndex(DF(), reinterpret_cast<const float*>(pieces) + offset / sizeof(float), index);
+}
+
+// The kinds of the cells from i on as kindOf() and Look::care() have them, where extinction is one line over the cell
+// and that is enough to tell; `decided` says where. `length` is a cell's along a ray, at most.
+HWY_INLINE hn::Vec<DIF> straightKinds(const Piece* pieces, const CellBatch& batch, std::size_t i, VF length,
+                                      hn::Mask<DF>& decided) {
+  const DF d;
+  const DIF di;
+  const auto first = hn::Load(di, batch.first_piece + i);
+  const auto last = hn::Load(di, batch.last_piece + i);
+  const VF lo = hn::Load(d, batch.lo + i), hi = hn::Load(d, batch.hi + i);
+  const auto number = [&](hn::Vec<DIF> piece, std::size_t offset)
+                          HWY_ATTR { return pieceNumber(pieces, piece, offset); };
+  const VF anchor = number(first, offsetof(Piece, anchor));
+  const VF at = number(first, offsetof(Piece, extinction));
+  const VF slope = number(first, offsetof(Piece, extinction_slope));
+  const VF a = hn::MulAdd(slope, hn::Sub(lo, anchor), at);
+  const VF b = hn::MulAdd(slope, hn::Sub(hi, anchor), at);
+  const VF depth = hn::Mul(hn::Max(a, b), length);
+  const VF growth = hn::Mul(hn::Abs(hn::Sub(a, b)), length);
+  const VF bent = hn::Sub(number(last, offsetof(Piece, bent)), number(first, offsetof(Piece, bent)));
+  const VF bend = hn::Mul(hn::Sub(hi, lo), bent);
+  const VF spread = hn::MulAdd(hn::Mul(hn::Set(d, 0.5F), depth), depth, hn::Mul(hn::Set(d, 1.5F), growth));
+  const VF left_out = hn::Mul(bend, spread);
+  const auto straight = hn::Not(hn::Gt(last, hn::BitCast(di, number(first, offsetof(Piece, reach)))));
+  decided = hn::And(hn::And(hn::RebindMask(d, straight), hn::Lt(depth, hn::Set(d, deep_depth))),
+                    hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bowed_left_out))));
+
+  const auto bends = hn::Sub(last, first);
+  const auto some = hn::Gt(bends, hn::Set(di, few_bends));
+  const auto counted = [&](Kind none, Kind many) HWY_ATTR {
+    return hn::IfThenElse(some, hn::Set(di, static_cast<std::int32_t>(many)),
+                          hn::Add(bends, hn::Set(di, static_cast<std::int32_t>(none))));
+  };
+  const auto flat =
+      hn::And(hn::Eq(bends, hn::Set(di, 1)), hn::RebindMask(di, hn::Le(left_out, hn::Set(d, flat_left_out))));
+  auto thin =
+      hn::IfThenElse(flat, hn::Set(di, static_cast<std::int32_t>(Kind::bend)), counted(Kind::bend, Kind::bends));
+  thin = hn::IfThenElse(hn::Eq(bends, hn::Zero(di)), hn::Set(di, static_cast<std::int32_t>(Kind::none)), thin);
+  return hn::IfThenElse(hn::RebindMask(di, hn::Lt(depth, hn::Set(d, thin_depth))), thin,
+                        counted(Kind::long0, Kind::longs));
+}
+
 // A cell so flat that the rounding of a depth moves the scalar noticeably takes full care.
-HWY_NOINLINE void setCare(const TileView& view, std::size_t count, CellBatch& batch) {
+HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& batch) {
+  const DF d;
+  const DIF di;
   const Piece* pieces = view.screen->pieces().data();
-  for (std::size_t i = 0; i < count; ++i) {
-    const float steep = batch.parallel ? std::abs(batch.apex[i])
-                                       : (std::abs(batch.at[0][i]) + std::abs(batch.at[1][i])) * float(tile_size) +
-                                             std::abs(batch.at[2][i] - batch.apex[i]);
-    const bool steady = steep * view.rounding <= 0.02F * (batch.hi[i] - batch.lo[i]);
-    const float steepest = view.steepest * (view.relative ? batch.per_middle[i] : 1.0F);
-    batch.care[i] = !(batch.slope[i] <= steepest)
-                        ? Care::edge_on
-                        : batch.look(pieces, i).care(batch.thickness[i] * view.longest, steady);
+  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
+    VF steep = hn::Abs(load(batch.apex));
+    if (!batch.parallel) {
+      steep =
+          hn::MulAdd(hn::Add(hn::Abs(load(batch.at[0])), hn::Abs(load(batch.at[1]))),
+                     hn::Set(d, static_cast<float>(tile_size)), hn::Abs(hn::Sub(load(batch.at[2]), load(batch.apex))));
+    }
+    const auto steady = hn::Le(hn::Mul(steep, hn::Set(d, view.rounding)),
+                               hn::Mul(hn::Set(d, 0.02F), hn::Sub(load(batch.hi), load(batch.lo))));
+    VF steepest = hn::Set(d, view.steepest);
+    if (view.relative) steepest = hn::Mul(steepest, load(batch.per_middle));
+    const auto flat_on = hn::Le(load(batch.slope), steepest);
+    const VF length = hn::Mul(load(batch.thickness), hn::Set(d, view.longest));
+    hn::Mask<DF> decided;
+    auto kind = straightKinds(pieces, batch, i, length, decided);
+    kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, hn::Set(di, static_cast<std::int32_t>(Kind::full)));
+    kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)));
+    hn::Store(kind, di, reinterpret_cast<std::int32_t*>(batch.kind + i));
+    unsigned others = maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));
+    for (; HWY_UNLIKELY(others != 0); others &= others - 1) {
+      const std::size_t c = i + static_cast<std::size_t>(std::countr_zero(others));
+      const Care care = batch.look(pieces, c).care(batch.thickness[c] * view.longest, true);
+      batch.kind[c] = kindOf(care, batch.last_piece[c] - batch.first_piece[c]);
+    }
   }
 }
 
@@ -279,7 +350,9 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
   sortCorners(screen, cells, batch);
   gatherCorners(screen, cells, batch);
   prefetch(screen, next);
-  for (std::size_t i = 0; i < cells.size(); i += hn::Lanes(d)) {
+  // As many as setKinds looks at: where there are no cells, the first stands for them.
+  const std::size_t end = (cells.size() + hn::Lanes(DF()) - 1) / hn::Lanes(DF()) * hn::Lanes(DF());
+  for (std::size_t i = 0; i < end; i += hn::Lanes(d)) {
     const Corner c[4] = {loadCorner(view, batch.corner[0] + 4 * i), loadCorner(view, batch.corner[1] + 4 * i),
                          loadCorner(view, batch.corner[2] + 4 * i), loadCorner(view, batch.corner[3] + 4 * i)};
     const Vec3D e1 = c[1].p - c[0].p;
@@ -323,7 +396,7 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
       storeHalf(hn::Sub(depth_hi, front), batch.thickness + i);
     }
   }
-  setCare(view, cells.size(), batch);
+  setKinds(view, cells.size(), batch);
 }
 
 }  // namespace

@@ -131,8 +131,8 @@ struct Ramps {
 };
 
 // A fragment along which extinction is linear in the scalar, and colour too, but for bends: `joints` of them, or any
-// number where that is negative.
-template <class Series, int joints>
+// number where that is negative; with the bow of the light, or without.
+template <class Series, int joints, bool bowed = true>
 class StraightShader {
  public:
   explicit HWY_INLINE StraightShader(const Look& look)
@@ -165,24 +165,25 @@ class StraightShader {
       addLine(line_, s.mean);
     } else {
       const Ramps ramps(s, a, tilt);
-      std::int32_t k = 0;
-      if constexpr (joints < 0) {
-        // From the piece of the lowest lane on.
-        while (k < count_ && hn::AllTrue(d, hn::Ge(ramps.lo, hn::Set(d, low_[k].end - anchor_))))
-          ++k;
-        addLine(PieceV(low_[k]), hn::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
-      } else {
-        addLine(line_, s.mean);
-      }
-      const VF bow = joints < 0 ? ramps.bow(a, depth, growth) : hn::Zero(d);
-      for (; k < count_; ++k) {
-        const Piece& p = low_[k];
-        const VF at = hn::Set(d, p.end - anchor_);
-        if (joints < 0 && hn::AllTrue(d, hn::Le(ramps.hi, at))) break;
-        const VF weight = ramps.template weight<(joints < 0)>(at, bow);
+      const VF bow = bowed ? ramps.bow(a, depth, growth) : hn::Zero(d);
+      const auto addBend = [&](const Piece& p) HWY_ATTR {
+        const VF weight = ramps.template weight<bowed>(hn::Set(d, p.end - anchor_), bow);
         red = hn::MulAdd(hn::Set(d, p.kink[0]), weight, red);
         green = hn::MulAdd(hn::Set(d, p.kink[1]), weight, green);
         blue = hn::MulAdd(hn::Set(d, p.kink[2]), weight, blue);
+      };
+      if constexpr (joints > 0) {
+        addLine(line_, s.mean);
+        for (int k = 0; k < joints; ++k)
+          addBend(low_[k]);
+      } else {
+        // From the piece of the lowest lane to that of the highest.
+        std::int32_t k = 0;
+        while (k < count_ && hn::AllTrue(d, hn::Ge(ramps.lo, hn::Set(d, low_[k].end - anchor_))))
+          ++k;
+        addLine(PieceV(low_[k]), hn::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
+        for (; k < count_ && !hn::AllTrue(d, hn::Le(ramps.hi, hn::Set(d, low_[k].end - anchor_))); ++k)
+          addBend(low_[k]);
       }
     }
     hn::Store(red, d, pixels.red.data() + first);
@@ -205,7 +206,7 @@ class Shader<Care::none> : public StraightShader<ThinSeries, 0> {
 };
 
 template <>
-class Shader<Care::bend> : public StraightShader<ThinSeries, 1> {
+class Shader<Care::bend> : public StraightShader<ThinSeries, 1, false> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };
@@ -217,7 +218,7 @@ class Shader<Care::bends> : public StraightShader<ThinSeries, -1> {
 };
 
 template <>
-class Shader<Care::long_bends> : public StraightShader<DeepSeries, -1> {
+class Shader<Care::long_bends> : public StraightShader<ForwardSeries, -1> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };
