@@ -20,10 +20,11 @@ namespace spillikin::composite::native {
 
 struct WholeCell;
 
-// A cell that the tetrahedra's kernel hands back in its turn: with a face seen so nearly edge-on that its plane does
-// not tell on which side a pixel lies.
+// What a kernel hands back in its turn: a cell with a face seen so nearly edge-on that its plane does not tell on which
+// side a pixel lies, or the pixels on which a whole cell has more than one interval.
 struct HandBack {
   void (*take)(void* self, Entry entry) = nullptr;
+  void (*take_pixels)(void* self, Entry entry, std::span<const std::uint16_t> pixels) = nullptr;
   void* self = nullptr;
 };
 

@@ -30,6 +30,7 @@ struct Extent {
 
 void Screen::set(const Frame& frame) {
   frame_ = &frame;
+  if (!frame.same_mesh || vertices_.empty()) facets_.set(frame.mesh);
   const bool same_values = frame.same_mesh && frame.same_field && frame.same_transfer_function && !vertices_.empty();
   if (!same_values) {
     setScale(frame);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "spillikin/composite/compositor.h"
+#include "spillikin/composite/native_facets.h"
 
 namespace spillikin::composite::native {
 
@@ -77,6 +78,8 @@ class Screen {
   const std::vector<float>& cell_values() const { return cell_values_; }
   const std::vector<std::uint32_t>& cell_pieces() const { return cell_pieces_; }
 
+  const Facets& facets() const { return facets_; }
+
   // A half-space along the ray of image position (x, y).
   Limit limit(const sort::HalfSpace& keep, double x, double y) const;
   // The view's clip planes as half-spaces.
@@ -91,6 +94,7 @@ class Screen {
 
   const Frame* frame_ = nullptr;
   Depths depths_;
+  Facets facets_;
   std::vector<Vertex> vertices_;
   std::vector<Place> places_;
   std::vector<Piece> pieces_;

@@ -19,6 +19,7 @@
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_vec3d-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace spillikin::composite::native::HWY_NAMESPACE {
@@ -26,32 +27,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using DD = hn::CappedTag<double, 8>;
-using VD = hn::Vec<DD>;
-using MD = hn::Mask<DD>;
-using DH = hn::Rebind<float, DD>;  // as many floats as there are doubles
-using DI = hn::Rebind<std::int32_t, DD>;
 using DIF = hn::RebindToSigned<DF>;
-
-// Nearness beyond this many times the mesh's is as good as infinite, and still squares within float.
-constexpr double nearness_limit = 1e12;
-
-struct Vec3D {
-  VD x, y, z;
-};
-
-HWY_INLINE Vec3D operator-(const Vec3D& a, const Vec3D& b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-
-HWY_INLINE Vec3D cross(const Vec3D& a, const Vec3D& b) {
-  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
-          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
-}
-
-HWY_INLINE VD dot(const Vec3D& a, const Vec3D& b) {
-  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
 
 // Ids of the corners of each cell in ascending order, and whether that turned the cell over.
 HWY_INLINE void sortCorners(const Screen& screen, std::span<const Entry> cells, CellBatch& batch) {

@@ -102,16 +102,24 @@ void TilePainter::setClips() {
   }
 }
 
-// Runs of whole tetrahedra go to the vector kernels, what is cut or has other faces comes one by one.
+// Runs of whole tetrahedra go to their kernel, pieces of them come one by one. All other cells have a kernel that takes
+// pieces too.
 void TilePainter::composite(std::span<const Entry> entries) {
-  const bool tetrahedral = screen_->mesh().tetrahedral();
+  view_.hand_back = {[](void* self, Entry entry) { static_cast<TilePainter*>(self)->addCell(entry); },
+                     [](void* self, Entry entry, std::span<const std::uint16_t> pixels) {
+                       static_cast<TilePainter*>(self)->addRays(entry, pixels);
+                     },
+                     this};
+  if (!screen_->mesh().tetrahedral()) {
+    stats_.fragments += paintSheets(view_, entries, pixels_, sheets_);
+    return;
+  }
   for (std::size_t begin = 0; begin < entries.size();) {
     std::size_t end = begin;
-    while (tetrahedral && end < entries.size() && !entries[end].cut())
+    while (end < entries.size() && !entries[end].cut())
       ++end;
-    view_.hand_back = {[](void* self, Entry entry) { static_cast<TilePainter*>(self)->addCell(entry); }, this};
     if (end > begin) stats_.fragments += paintTetrahedra(view_, entries.subspan(begin, end - begin), pixels_, scratch_);
-    for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end) {
+    for (; end < entries.size() && entries[end].cut(); ++end) {
       addCell(entries[end]);
       if (view_.trusted && end % cells_between_looks == 0 && markOpaque(pixels_)) return;
     }
@@ -150,6 +158,12 @@ void TilePainter::addCell(Entry entry) {
     for (int x = box.x0; x < box.x1; ++x)
       addRay(pixelIndex(x - window_.x0, y - window_.y0));
   }
+}
+
+void TilePainter::addRays(Entry entry, std::span<const std::uint16_t> pixels) {
+  setShape(entry);
+  for (const std::uint16_t pixel : pixels)
+    addRay(pixel);
 }
 
 void TilePainter::addRay(std::size_t pixel) {
@@ -221,17 +235,23 @@ void TilePainter::resolvePart(std::span<const Entry> entries, std::span<const st
 
 bool TilePainter::collect(std::span<const Entry> entries, std::size_t most) {
   fragments_.clear();
-  const bool tetrahedral = screen_->mesh().tetrahedral();
+  view_.hand_back = {[](void* self, Entry entry) { static_cast<TilePainter*>(self)->collectCell(entry); },
+                     [](void* self, Entry entry, std::span<const std::uint16_t> pixels) {
+                       static_cast<TilePainter*>(self)->collectRays(entry, pixels);
+                     },
+                     this};
+  if (!screen_->mesh().tetrahedral()) {
+    return collectSheets(view_, entries, wanted_, pixels_, sheets_, scratch_.blank, most, fragments_);
+  }
   for (std::size_t begin = 0; begin < entries.size();) {
     std::size_t end = begin;
-    while (tetrahedral && end < entries.size() && !entries[end].cut())
+    while (end < entries.size() && !entries[end].cut())
       ++end;
-    view_.hand_back = {[](void* self, Entry entry) { static_cast<TilePainter*>(self)->collectCell(entry); }, this};
     if (end > begin &&
         !collectTetrahedra(view_, entries.subspan(begin, end - begin), wanted_, pixels_, scratch_, most, fragments_)) {
       return false;
     }
-    for (; end < entries.size() && (!tetrahedral || entries[end].cut()); ++end) {
+    for (; end < entries.size() && entries[end].cut(); ++end) {
       collectCell(entries[end]);
       if (fragments_.size() > most) return false;
     }
@@ -268,6 +288,13 @@ void TilePainter::collectCell(Entry entry) {
       const std::size_t i = pixelIndex(x, y);
       if ((wanted_[i / block_pixels] >> (i % block_pixels) & 1) != 0) collectRay(i);
     }
+  }
+}
+
+void TilePainter::collectRays(Entry entry, std::span<const std::uint16_t> pixels) {
+  setShape(entry);
+  for (const std::uint16_t pixel : pixels) {
+    if ((wanted_[pixel / block_pixels] >> (pixel % block_pixels) & 1) != 0) collectRay(pixel);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_pixels.h"
 #include "spillikin/composite/native_screen.h"
+#include "spillikin/composite/native_sheets.h"
 #include "spillikin/composite/native_whole.h"
 #include "spillikin/integrate/segment.h"
 
@@ -40,6 +41,7 @@ class TilePainter {
   void setClips();
   void composite(std::span<const Entry> entries);
   void addCell(Entry entry);
+  void addRays(Entry entry, std::span<const std::uint16_t> pixels);
   void addRay(std::size_t pixel);
   void addSpan(std::size_t pixel, const Span& span);
   mesh::Id cellOf(Entry entry) const;
@@ -49,6 +51,7 @@ class TilePainter {
   void resolvePart(std::span<const Entry> entries, std::span<const std::uint16_t> pixels);
   bool collect(std::span<const Entry> entries, std::size_t most);
   void collectCell(Entry entry);
+  void collectRays(Entry entry, std::span<const std::uint16_t> pixels);
   void collectRay(std::size_t pixel);
   bool wantedIn(const Box& blocks) const;
   void compositeSorted(std::span<Fragment> fragments);
@@ -59,6 +62,7 @@ class TilePainter {
   TileView view_;
   Pixels pixels_;
   KernelScratch scratch_;
+  SheetScratch sheets_;
   CellShape shape_;
   WholeCell whole_;
   std::vector<Span> spans_;

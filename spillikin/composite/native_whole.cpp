@@ -70,6 +70,8 @@ void setPlanes(const TileView& view, const CellShape::Triangle& t, WholeCell::Tr
   out.hi = static_cast<float>(std::max(std::max(a, b), c));
 }
 
+}  // namespace
+
 // A half-space on the ray of a pixel is at + slope * depth >= 0. In perspective the first is constant and the second
 // linear in the pixel, in a parallel view the other way round; either way the plane's nearness is linear. Both pieces
 // at a cut have the same plane, to the bit.
@@ -93,8 +95,6 @@ bool setBound(const TileView& view, const sort::HalfSpace& keep, WholeCell::Boun
   out.entry = pivot > 0.0;
   return true;
 }
-
-}  // namespace
 
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out) {
   const Screen& screen = *view.screen;

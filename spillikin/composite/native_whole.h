@@ -50,4 +50,7 @@ struct WholeCell {
 // many faces or is cut by a plane seen edge-on: it must be painted pixel by pixel.
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out);
 
+// The plane of a half-space that a piece of a cell is limited to. False where it is seen edge-on.
+bool setBound(const TileView& view, const sort::HalfSpace& keep, WholeCell::Bound& out);
+
 }  // namespace spillikin::composite::native

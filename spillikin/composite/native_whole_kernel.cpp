@@ -167,6 +167,7 @@ std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pi
     case Care::deep:
       return shadeWhole<Parallel, Clipped, Care::deep>(view, cell, pixels, scratch);
     case Care::full:
+    case Care::edge_on:
       break;
   }
   return shadeWhole<Parallel, Clipped, Care::full>(view, cell, pixels, scratch);

@@ -1,0 +1,449 @@
+#include <algorithm>
+#include <bit>
+#include <vector>
+
+#include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_sheets.h"
+
+// Once for each instruction set; the best that the machine has is taken at run time.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "spillikin/composite/native_sheets_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "spillikin/composite/native_centres-inl.h"
+#include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_shade-inl.h"
+#include "spillikin/composite/native_sheets_setup-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DS = hn::RebindToSigned<DF>;
+using VS = hn::Vec<DS>;
+
+HWY_INLINE VF formAt(const float* x_form, const float* y_form, const float* form, VF x, VF y) {
+  const DF d;
+  return hn::MulAdd(hn::Set(d, *x_form), x, hn::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
+}
+
+// One end of the intervals of a vector of rays: how near, on which sheet, and on which side of its diagonal.
+struct End {
+  VF z, side;
+  VS sheet;
+};
+
+HWY_INLINE End onSheet(const SheetCell& cell, std::size_t k, VF x, VF y) {
+  const DF d;
+  const VF z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
+  const VF side = hn::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(d));
+  return {hn::MulAdd(hn::Set(d, cell.fold[k]), side, z), side, hn::Set(DS(), static_cast<std::int32_t>(k))};
+}
+
+HWY_INLINE void take(End& end, const End& other, hn::Mask<DF> where) {
+  end.z = hn::IfThenElse(where, other.z, end.z);
+  end.side = hn::IfThenElse(where, other.side, end.side);
+  end.sheet = hn::IfThenElse(hn::RebindMask(DS(), where), other.sheet, end.sheet);
+}
+
+struct Interval {
+  End near, far;
+};
+
+HWY_INLINE Interval intervalOf(const SheetCell& cell, VF x, VF y) {
+  Interval in{onSheet(cell, cell.entered[0], x, y), onSheet(cell, cell.left[0], x, y)};
+  for (unsigned k = 1; k < cell.entered_count; ++k) {
+    const End other = onSheet(cell, cell.entered[k], x, y);
+    take(in.near, other, hn::Lt(other.z, in.near.z));
+  }
+  for (unsigned k = 1; k < cell.left_count; ++k) {
+    const End other = onSheet(cell, cell.left[k], x, y);
+    take(in.far, other, hn::Gt(other.z, in.far.z));
+  }
+  return in;
+}
+
+// What clip planes and the half-spaces of a piece leave of each ray.
+struct Limits {
+  VF near, far;
+};
+
+HWY_INLINE Limits limitsOf(const Pixels& pixels, std::span<const WholeCell::Bound> bounds, std::size_t first, VF x,
+                           VF y) {
+  const DF d;
+  Limits limits{hn::Load(d, pixels.clip_near.data() + first), hn::Load(d, pixels.clip_far.data() + first)};
+  for (const WholeCell::Bound& bound : bounds) {
+    const VF z = formAt(&bound.nearness[0], &bound.nearness[1], &bound.nearness[2], x, y);
+    if (bound.entry) {
+      limits.near = hn::Min(limits.near, z);
+    } else {
+      limits.far = hn::Max(limits.far, z);
+    }
+  }
+  return limits;
+}
+
+// A gap takes one end or the other of the interval, or leaves two: those lanes are returned. A part is none where it is
+// too short to count in the order.
+HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap, const Limits& limits,
+                                 VF x, VF y, Interval& in) {
+  const DF d;
+  const End out = onSheet(cell, gap.leaves, x, y);
+  const End again = onSheet(cell, gap.enters, x, y);
+  const auto open = hn::And(hn::Gt(in.near.z, in.far.z), hn::Gt(out.z, again.z));
+  const auto some = [&](VF near, VF far) HWY_ATTR {
+    const VF least = hn::MulAdd(hn::Max(near, hn::Zero(d)), hn::Set(d, solid_share * view.overlap_slope),
+                                hn::Set(d, solid_share * view.overlap_at));
+    return hn::Gt(hn::Sub(hn::Min(near, limits.near), hn::Max(far, limits.far)), least);
+  };
+  const auto before = some(in.near.z, hn::Max(out.z, in.far.z));
+  const auto behind = some(hn::Min(again.z, in.near.z), in.far.z);
+  take(in.far, out, hn::And(open, hn::AndNot(behind, hn::Gt(out.z, in.far.z))));
+  take(in.near, again, hn::And(open, hn::And(behind, hn::AndNot(before, hn::Lt(again.z, in.near.z)))));
+  return hn::And(open, hn::And(before, behind));
+}
+
+struct Cover {
+  const TileView& view;
+  const SheetCell& cell;
+  std::span<const WholeCell::Bound> bounds;
+  const Pixels& pixels;
+  SheetCoverage& out;
+  std::vector<std::uint16_t>& two_intervals;
+};
+
+template <bool Gaps>
+HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto x_first = static_cast<std::size_t>(c.cell.blocks.x0);
+  const auto columns = static_cast<std::size_t>(c.cell.blocks.x1) - x_first;
+  const auto rows = static_cast<std::size_t>(c.cell.blocks.y1 - c.cell.blocks.y0);
+  auto by = static_cast<std::size_t>(c.cell.blocks.y0);
+  std::size_t n = 0;
+  std::size_t column = 0;
+  for (std::size_t block = 0; block < rows * columns; ++block) {
+    const std::size_t bx = x_first + column;
+    for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
+      const VF x = hn::Load(d, centres.x[bx] + sub);
+      const VF y = hn::Load(d, centres.y[by] + sub);
+      const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
+      Interval in = intervalOf(c.cell, x, y);
+      if constexpr (Gaps) {
+        const Limits limits = limitsOf(c.pixels, c.bounds, first, x, y);
+        auto two = hn::MaskFromVec(hn::Zero(d));
+        for (unsigned k = 0; k < c.cell.gap_count; ++k)
+          two = hn::Or(two, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
+        in.near.z = hn::IfThenElse(two, in.far.z, in.near.z);
+        if (c.pixels.live[first] != 0) {
+          for (unsigned bits = maskBits(two); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
+            c.two_intervals.push_back(
+                static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
+        }
+      }
+      hn::Store(in.near.z, d, c.out.near + n * lanes);
+      hn::Store(in.far.z, d, c.out.far + n * lanes);
+      hn::Store(in.near.side, d, c.out.near_side + n * lanes);
+      hn::Store(in.far.side, d, c.out.far_side + n * lanes);
+      hn::Store(in.near.sheet, DS(), c.out.near_sheet + n * lanes);
+      hn::Store(in.far.sheet, DS(), c.out.far_sheet + n * lanes);
+      c.out.pixel[n] = static_cast<std::uint32_t>(first);
+      // No branch on what is as good as random: an empty vector's place is taken by the next one.
+      const bool some = !hn::AllFalse(d, hn::Gt(in.near.z, in.far.z));
+      n += static_cast<std::size_t>(some) & c.pixels.live[first];
+    }
+    ++column;
+    by += static_cast<std::size_t>(column == columns);
+    column = column == columns ? 0 : column;
+  }
+  return n;
+}
+
+// A coefficient of each sheet, to be looked up for a vector of them.
+class PerSheet {
+ public:
+  explicit HWY_INLINE PerSheet(const SheetCell::Coefficient& of) : of_(of) {
+    if constexpr (lanes == 16 || lanes == 8) low_ = hn::LoadU(DF(), of);
+    if constexpr (lanes == 8) high_ = hn::LoadU(DF(), of + 8);
+  }
+  HWY_INLINE VF operator()(VS sheet) const {
+    const DF d;
+    if constexpr (lanes == 16) {
+      return hn::TableLookupLanes(low_, hn::IndicesFromVec(d, sheet));
+    } else if constexpr (lanes == 8) {
+      const auto index = hn::IndicesFromVec(d, hn::And(sheet, hn::Set(DS(), 7)));
+      return hn::IfThenElse(hn::RebindMask(d, hn::Gt(sheet, hn::Set(DS(), 7))), hn::TableLookupLanes(high_, index),
+                            hn::TableLookupLanes(low_, index));
+    } else {
+      return hn::GatherIndex(d, of_, sheet);
+    }
+  }
+
+ private:
+  static constexpr std::size_t lanes = hn::MaxLanes(DF());
+  const float* of_;
+  VF low_, high_;
+};
+
+// The scalar at the ends of intervals, and from there their segments.
+template <bool Parallel>
+class SheetRays {
+ public:
+  SheetRays(const TileView& view, const SheetCell& cell, float anchor)
+      : base_(cell.base),
+        x_(cell.rate[0]),
+        y_(cell.rate[1]),
+        t_(cell.rate[2]),
+        bend_(cell.bend),
+        anchor_(hn::Set(DF(), anchor)),
+        z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
+
+  HWY_INLINE VF depth(VF z) const { return Parallel ? hn::Sub(z0_, z) : reciprocal(hn::Add(z, z0_)); }
+
+  // Relative to the anchor.
+  HWY_INLINE VF scalar(VS sheet, VF side, VF depth, VF x, VF y) const {
+    const VF rate = hn::MulAdd(x_(sheet), x, hn::MulAdd(y_(sheet), y, hn::MulAdd(bend_(sheet), side, t_(sheet))));
+    const VF base = hn::Sub(base_(sheet), anchor_);
+    return Parallel ? hn::Add(rate, base) : hn::MulAdd(rate, depth, base);
+  }
+
+  // Lanes that are not inside get no length and harmless values. `limits` as far as Clipped, which then trims near, far
+  // and inside.
+  template <bool Clipped>
+  HWY_INLINE Segment segment(const SheetCoverage& covered, std::size_t at, std::size_t first, VF unit, VF& near,
+                             VF& far, hn::Mask<DF>& inside, const Pixels& pixels,
+                             std::span<const WholeCell::Bound> bounds) const {
+    const DF d;
+    const VF half = hn::Set(d, 0.5F);
+    const VF x = centresX(first), y = centresY(first);
+    near = hn::IfThenElseZero(inside, near);
+    far = hn::IfThenElseZero(inside, far);
+    VF begin = depth(near), end = depth(far);
+    VF front = scalar(hn::Load(DS(), covered.near_sheet + at), hn::Load(d, covered.near_side + at), begin, x, y);
+    VF back = scalar(hn::Load(DS(), covered.far_sheet + at), hn::Load(d, covered.far_side + at), end, x, y);
+    if constexpr (Clipped) {
+      const Limits limits = limitsOf(pixels, bounds, first, x, y);
+      near = hn::Min(near, limits.near);
+      far = hn::Max(far, limits.far);
+      inside = hn::And(inside, hn::Gt(near, far));
+      near = hn::IfThenElseZero(inside, near);
+      far = hn::IfThenElseZero(inside, far);
+      // The field runs on as if nothing were cut; an interval too short for float to tell its ends apart has one value.
+      const VF extent = hn::Sub(end, begin);
+      const auto long_enough = hn::And(inside, hn::Gt(extent, hn::Zero(d)));
+      const VF rate = hn::IfThenElseZero(long_enough, hn::Div(hn::Sub(back, front), extent));
+      const VF lo = hn::Min(front, back), hi = hn::Max(front, back), start = front, from = begin;
+      begin = depth(near);
+      end = depth(far);
+      front = hn::Clamp(hn::MulAdd(rate, hn::Sub(begin, from), start), lo, hi);
+      back = hn::Clamp(hn::MulAdd(rate, hn::Sub(end, from), start), lo, hi);
+    }
+    VF length = hn::Sub(near, far);
+    if constexpr (!Parallel) length = hn::Mul(length, hn::Mul(begin, end));
+    const VF half_change = hn::IfThenElseZero(inside, hn::Mul(hn::Sub(back, front), half));
+    return {hn::IfThenElseZero(inside, hn::MulAdd(hn::Add(front, back), half, hn::Zero(d))), half_change,
+            hn::IfThenElseZero(inside, hn::Mul(length, unit))};
+  }
+
+ private:
+  PerSheet base_, x_, y_, t_, bend_;
+  VF anchor_, z0_;
+};
+
+struct Painting {
+  const TileView& view;
+  const SheetCell& cell;
+  std::span<const WholeCell::Bound> bounds;
+  const SheetCoverage& covered;
+  std::size_t count;
+};
+
+template <bool Parallel, bool Clipped, Care care>
+HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Shader<care> shader(p.cell.look);
+  const SheetRays<Parallel> rays(p.view, p.cell, shader.anchor());
+  const Certificate certificate(p.view);
+  std::size_t fragments = 0;
+  for (std::size_t k = 0; k < p.count; ++k) {
+    const std::size_t first = p.covered.pixel[k];
+    VF near = hn::Load(d, p.covered.near + k * lanes);
+    VF far = hn::Load(d, p.covered.far + k * lanes);
+    auto inside = hn::Gt(near, far);
+    const Segment segment = rays.template segment<Clipped>(
+        p.covered, k * lanes, first, hn::Load(d, pixels.length.data() + first), near, far, inside, pixels, p.bounds);
+    fragments += hn::CountTrue(d, inside);
+    certificate.check(near, far, inside, first, pixels);
+    shader.blend(segment, first, pixels);
+  }
+  return fragments;
+}
+
+template <bool Parallel, bool Clipped>
+std::size_t shadeSheetsAs(const Painting& p, Pixels& pixels) {
+  switch (p.cell.care) {
+    case Care::none:
+      return shadeSheets<Parallel, Clipped, Care::none>(p, pixels);
+    case Care::bend:
+      return shadeSheets<Parallel, Clipped, Care::bend>(p, pixels);
+    case Care::bends:
+      return shadeSheets<Parallel, Clipped, Care::bends>(p, pixels);
+    case Care::long_bends:
+      return shadeSheets<Parallel, Clipped, Care::long_bends>(p, pixels);
+    case Care::cut:
+      return shadeSheets<Parallel, Clipped, Care::cut>(p, pixels);
+    case Care::cuts:
+      return shadeSheets<Parallel, Clipped, Care::cuts>(p, pixels);
+    case Care::deep:
+      return shadeSheets<Parallel, Clipped, Care::deep>(p, pixels);
+    case Care::full:
+    case Care::edge_on:
+      break;
+  }
+  return shadeSheets<Parallel, Clipped, Care::full>(p, pixels);
+}
+
+// The planes of a piece; false where one is seen edge-on or there are too many.
+HWY_INLINE bool setBounds(const TileView& view, Entry entry, std::vector<WholeCell::Bound>& bounds) {
+  bounds.clear();
+  if (HWY_LIKELY(!entry.cut())) return true;
+  for (const sort::HalfSpace& keep : view.screen->frame().order.cuts[entry.index()].keep) {
+    if (!setBound(view, keep, bounds.emplace_back())) return false;
+  }
+  return true;
+}
+
+// One cell's vectors, or nothing where it is handed back.
+HWY_INLINE std::size_t coverOne(const TileView& view, Entry entry, const SheetCell& cell, const Pixels& pixels,
+                                SheetScratch& scratch) {
+  if (HWY_UNLIKELY(cell.care == Care::edge_on || !setBounds(view, entry, scratch.bounds))) {
+    view.hand_back.take(view.hand_back.self, entry);
+    return 0;
+  }
+  if (cell.blocks.empty()) return 0;
+  scratch.two_intervals.clear();
+  const Cover cover{view, cell, scratch.bounds, pixels, scratch.covered, scratch.two_intervals};
+  const std::size_t n = cell.gap_count == 0 ? coverSheets<false>(cover) : coverSheets<true>(cover);
+  if (HWY_UNLIKELY(!scratch.two_intervals.empty())) {
+    view.hand_back.take_pixels(view.hand_back.self, entry, scratch.two_intervals);
+  }
+  return n;
+}
+
+constexpr std::size_t batches_between_looks = 4;
+
+std::size_t sheets(const TileView& view, std::span<const Entry> entries, Pixels& pixels, SheetScratch& scratch) {
+  const bool parallel = view.screen->parallel();
+  std::size_t fragments = 0;
+  for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
+    const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
+    setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const SheetCell& cell = scratch.batch.cell[i];
+      const std::size_t n = coverOne(view, cells[i], cell, pixels, scratch);
+      if (n == 0) continue;
+      const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
+      const bool clipped = view.clipped || !scratch.bounds.empty();
+      if (parallel) {
+        fragments +=
+            clipped ? shadeSheetsAs<true, true>(painting, pixels) : shadeSheetsAs<true, false>(painting, pixels);
+      } else {
+        fragments +=
+            clipped ? shadeSheetsAs<false, true>(painting, pixels) : shadeSheetsAs<false, false>(painting, pixels);
+      }
+    }
+    if (view.trusted && begin / SheetBatch::size % batches_between_looks == batches_between_looks - 1 &&
+        markOpaque(pixels)) {
+      break;
+    }
+  }
+  return fragments;
+}
+
+// The fragments of a cell on the pixels wanted. There are few: every cell takes the shader that is right for all.
+template <bool Parallel>
+HWY_NOINLINE void collectOne(const Painting& p, const PixelMask& wanted, const Pixels& pixels, Pixels& blank,
+                             std::vector<Fragment>& out) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Shader<Care::full> shader(p.cell.look);
+  const SheetRays<Parallel> rays(p.view, p.cell, shader.anchor());
+  alignas(64) float nears[block_pixels];
+  alignas(64) float fars[block_pixels];
+  for (std::size_t k = 0; k < p.count; ++k) {
+    const std::size_t first = p.covered.pixel[k];
+    VF near = hn::Load(d, p.covered.near + k * lanes);
+    VF far = hn::Load(d, p.covered.far + k * lanes);
+    auto inside = hn::Gt(near, far);
+    const Segment segment = rays.template segment<true>(
+        p.covered, k * lanes, first, hn::Load(d, pixels.length.data() + first), near, far, inside, pixels, p.bounds);
+    unsigned bits = maskBits(inside) & (static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels));
+    if (bits == 0) continue;
+    for (auto* channel : {&blank.red, &blank.green, &blank.blue})
+      hn::Store(hn::Zero(d), d, channel->data() + first);
+    hn::Store(hn::Set(d, 1.0F), d, blank.light.data() + first);
+    shader.blend(segment, first, blank);
+    hn::Store(near, d, nears);
+    hn::Store(far, d, fars);
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t lane = static_cast<unsigned>(std::countr_zero(bits));
+      const std::size_t at = first + lane;
+      out.push_back({nears[lane], fars[lane], blank.red[at], blank.green[at], blank.blue[at], blank.light[at],
+                     static_cast<std::uint32_t>(at)});
+    }
+  }
+}
+
+bool sheetFragments(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
+                    SheetScratch& scratch, Pixels& blank, std::size_t most, std::vector<Fragment>& out) {
+  const std::size_t lanes = hn::Lanes(DF());
+  const unsigned full = static_cast<unsigned>((std::uint64_t{1} << lanes) - 1);
+  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
+    const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
+    pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
+  }
+  for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
+    const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
+    setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const SheetCell& cell = scratch.batch.cell[i];
+      const std::size_t n = coverOne(view, cells[i], cell, pixels, scratch);
+      if (n == 0) continue;
+      const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
+      if (view.screen->parallel()) {
+        collectOne<true>(painting, wanted, pixels, blank, out);
+      } else {
+        collectOne<false>(painting, wanted, pixels, blank, out);
+      }
+    }
+    if (out.size() > most) return false;
+  }
+  return true;
+}
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace spillikin::composite::native {
+
+HWY_EXPORT(sheets);
+HWY_EXPORT(sheetFragments);
+
+std::size_t paintSheets(const TileView& view, std::span<const Entry> entries, Pixels& pixels, SheetScratch& scratch) {
+  return HWY_DYNAMIC_DISPATCH(sheets)(view, entries, pixels, scratch);
+}
+
+bool collectSheets(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
+                   SheetScratch& scratch, Pixels& blank, std::size_t most, std::vector<Fragment>& out) {
+  return HWY_DYNAMIC_DISPATCH(sheetFragments)(view, entries, wanted, pixels, scratch, blank, most, out);
+}
+
+}  // namespace spillikin::composite::native
+#endif
