@@ -125,10 +125,10 @@ FacetCode codeOf(const mesh::Mesh& mesh, mesh::Id cell) {
 
 }  // namespace
 
-const FacetTable& facetTable(CellType type) {
+const FacetTable* facetTables() {
   static const std::array<FacetTable, 4> tables{makeTable(CellType::tetrahedron), makeTable(CellType::pyramid),
                                                 makeTable(CellType::wedge), makeTable(CellType::hexahedron)};
-  return tables[static_cast<std::size_t>(type)];
+  return tables.data();
 }
 
 void Facets::set(const mesh::Mesh& mesh) {

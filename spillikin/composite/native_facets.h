@@ -34,7 +34,7 @@ struct FacetTable {
   unsigned quads = 0;
   unsigned corners = 0;
 };
-const FacetTable& facetTable(mesh::CellType type);  // of one with at most eight corners
+const FacetTable* facetTables();  // by type, up to the hexahedron
 
 class Facets {
  public:

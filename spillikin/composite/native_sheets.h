@@ -49,9 +49,20 @@ struct SheetCell {
 
 // Cells that are set up together.
 struct SheetBatch {
-  static constexpr std::size_t size = 16;
+  static constexpr std::size_t size = 8;
+  static constexpr std::size_t corners = 8;  // of a cell, at most
   SheetCell cell[size];
-  alignas(64) double corner[size][4 * 8];  // as in Screen, up to eight to a cell
+
+  // Scratch. The corners as in Screen; what of them is wanted by the faces: places, relative to the tile and (in a
+  // parallel view) to the middle depth, and scalars; and what their range is wanted of.
+  alignas(64) double record[size][4 * corners];
+  alignas(64) double at[size][4][corners];
+  enum Ranged : std::uint8_t { x, y, depth, scalar, ranged_count };
+  alignas(64) float ranged[ranged_count][size * corners];
+  alignas(64) std::int32_t piece[size * corners];
+  alignas(64) float lo[ranged_count][size], hi[ranged_count][size];
+  alignas(64) std::int32_t first_piece[size], last_piece[size];
+  alignas(64) std::int32_t block_x0[size], block_y0[size], block_x1[size], block_y1[size];
 };
 
 // The fragments of one cell on one tile before they are shaded, vector by vector.

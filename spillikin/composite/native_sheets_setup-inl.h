@@ -35,88 +35,119 @@ using VU = hn::Vec<DU>;
 constexpr float steep_share = 0.01F;
 
 constexpr std::size_t faces_most = 8;
-constexpr std::size_t corners_most = 8;
+
+// What is the same for all cells of a tile.
+struct SheetFrame {
+  const FacetTable* tables = facetTables();
+  bool parallel;
+  double z0;
+  double least_pivot;  // as a share of what a form reaches over the tile: beyond, nearness would leave its limit
+  double steepest;     // slope of nearness (as a share of the cell's, if relative)
+  bool relative;
+  explicit SheetFrame(const TileView& view)
+      : parallel(view.screen->parallel()),
+        z0(view.screen->depths().z0),
+        least_pivot(1.0 / (nearness_limit * view.nearness_scale)),
+        steepest(double{steep_share * view.steepest} / tile_size),
+        relative(view.relative) {}
+};
+
+// The corners of cell i out of their records.
+HWY_INLINE void placeCorners(const TileView& view, const SheetFrame& frame, std::size_t i, SheetBatch& batch) {
+  const DD d;
+  const DH dh;
+  const DU du;
+  const VD x0 = hn::Set(d, static_cast<double>(view.x0));
+  const VD y0 = hn::Set(d, static_cast<double>(view.y0));
+  for (std::size_t k = 0; k < SheetBatch::corners; k += hn::Lanes(d)) {
+    VD x, y, w, rest;
+    hn::LoadInterleaved4(d, batch.record[i] + 4 * k, x, y, w, rest);
+    const auto packed = hn::BitCast(DL(), rest);
+    const auto value = hn::BitCast(dh, hn::TruncateTo(du, packed));
+    const VD weight = frame.parallel ? hn::Set(d, 1.0) : w;
+    x = hn::NegMulAdd(x0, weight, x);
+    y = hn::NegMulAdd(y0, weight, y);
+    hn::Store(x, d, batch.at[i][0] + k);
+    hn::Store(y, d, batch.at[i][1] + k);
+    hn::Store(frame.parallel ? hn::Sub(w, hn::Set(d, frame.z0)) : w, d, batch.at[i][2] + k);
+    hn::Store(hn::PromoteTo(d, value), d, batch.at[i][3] + k);
+    const auto depth = hn::DemoteTo(dh, w);
+    const auto per_weight = frame.parallel ? hn::Set(dh, 1.0F) : hn::Div(hn::Set(dh, 1.0F), depth);
+    const std::size_t at = SheetBatch::corners * i + k;
+    hn::Store(hn::Mul(hn::DemoteTo(dh, x), per_weight), dh, batch.ranged[SheetBatch::x] + at);
+    hn::Store(hn::Mul(hn::DemoteTo(dh, y), per_weight), dh, batch.ranged[SheetBatch::y] + at);
+    hn::Store(depth, dh, batch.ranged[SheetBatch::depth] + at);
+    hn::Store(value, dh, batch.ranged[SheetBatch::scalar] + at);
+    hn::Store(hn::BitCast(DI(), hn::TruncateTo(du, hn::ShiftRight<32>(packed))), DI(), batch.piece + at);
+  }
+}
+
+// The least and the largest of each eight values, for all cells of the batch.
+template <class D, class T>
+HWY_INLINE void rangesOf(D d, const T* values, T* lo, T* hi) {
+  alignas(64) T half_lo[2 * SheetBatch::size], half_hi[2 * SheetBatch::size];
+  const std::size_t lanes = hn::Lanes(d);
+  for (std::size_t i = 0; i < 2 * SheetBatch::size; i += lanes) {
+    hn::Vec<D> v0, v1, v2, v3;
+    hn::LoadInterleaved4(d, values + 4 * i, v0, v1, v2, v3);
+    hn::Store(hn::Min(hn::Min(v0, v1), hn::Min(v2, v3)), d, half_lo + i);
+    hn::Store(hn::Max(hn::Max(v0, v1), hn::Max(v2, v3)), d, half_hi + i);
+  }
+  for (std::size_t i = 0; i < SheetBatch::size; i += lanes) {
+    hn::Vec<D> a, b;
+    hn::LoadInterleaved2(d, half_lo + 2 * i, a, b);
+    hn::Store(hn::Min(a, b), d, lo + i);
+    hn::LoadInterleaved2(d, half_hi + 2 * i, a, b);
+    hn::Store(hn::Max(a, b), d, hi + i);
+  }
+}
+
+// The blocks of pixels with a centre in [lo, hi], half-open, with a margin for float's rounding of the projection.
+HWY_INLINE void rangeBlocks(const float* lo, const float* hi, int pixels, std::int32_t* first, std::int32_t* past) {
+  constexpr float margin = 0.01F;
+  const hn::CappedTag<float, SheetBatch::size> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto end = hn::Set(d, static_cast<float>(pixels));
+  for (std::size_t i = 0; i < SheetBatch::size; i += hn::Lanes(d)) {
+    // A corner behind the eye may lie anywhere; its cell is handed back.
+    const auto a = hn::Ceil(hn::Max(hn::Sub(hn::Load(d, lo + i), hn::Set(d, 0.5F + margin)), hn::Zero(d)));
+    const auto b =
+        hn::Floor(hn::Min(hn::Sub(hn::Load(d, hi + i), hn::Set(d, 0.5F - margin)), hn::Sub(end, hn::Set(d, 1.0F))));
+    const auto none = hn::Gt(a, b);
+    const auto low = hn::IfThenElseZero(hn::Not(none), hn::Min(a, end));
+    const auto high = hn::IfThenElse(none, hn::Set(d, -4.0F), hn::Max(b, hn::Zero(d)));
+    hn::Store(hn::ShiftRight<2>(hn::ConvertTo(di, low)), di, first + i);
+    hn::Store(hn::Add(hn::ShiftRight<2>(hn::ConvertTo(di, high)), hn::Set(di, 1)), di, past + i);
+  }
+}
+
+HWY_INLINE void setRanges(const TileView& view, SheetBatch& batch) {
+  const hn::CappedTag<float, SheetBatch::size> d;
+  for (std::size_t k = 0; k < SheetBatch::ranged_count; ++k)
+    rangesOf(d, batch.ranged[k], batch.lo[k], batch.hi[k]);
+  rangesOf(hn::RebindToSigned<decltype(d)>(), batch.piece, batch.first_piece, batch.last_piece);
+  rangeBlocks(batch.lo[SheetBatch::x], batch.hi[SheetBatch::x], view.width, batch.block_x0, batch.block_x1);
+  rangeBlocks(batch.lo[SheetBatch::y], batch.hi[SheetBatch::y], view.height, batch.block_y0, batch.block_y1);
+}
 
 // A cell's corners, from which a vector of faces takes one each.
 class CornerSet {
  public:
-  // From the records as Screen has them; relative to the tile's corner and, in a parallel view, to the middle depth.
-  HWY_INLINE CornerSet(const TileView& view, const double* records) {
-    const DD d;
-    const DH dh;
-    const DU du;
-    const VD x0 = hn::Set(d, static_cast<double>(view.x0));
-    const VD y0 = hn::Set(d, static_cast<double>(view.y0));
-    const bool parallel = view.screen->parallel();
-    for (std::size_t i = 0; i < corners_most; i += hn::Lanes(d)) {
-      VD x, y, w, rest;
-      hn::LoadInterleaved4(d, records + 4 * i, x, y, w, rest);
-      const auto packed = hn::BitCast(DL(), rest);
-      const auto value = hn::BitCast(dh, hn::TruncateTo(du, packed));
-      const VD weight = parallel ? hn::Set(d, 1.0) : w;
-      x = hn::NegMulAdd(x0, weight, x);
-      y = hn::NegMulAdd(y0, weight, y);
-      addExtent(hn::DemoteTo(dh, x), hn::DemoteTo(dh, y), hn::DemoteTo(dh, w), parallel, i == 0);
-      addRange(value, hn::BitCast(DI(), hn::TruncateTo(du, hn::ShiftRight<32>(packed))), i == 0);
-      set(0, i, x);
-      set(1, i, y);
-      set(2, i, parallel ? hn::Sub(w, hn::Set(d, view.screen->depths().z0)) : w);
-      set(3, i, hn::PromoteTo(d, value));
-    }
-  }
-
+  explicit HWY_INLINE CornerSet(const double (&at)[4][SheetBatch::corners]) : at_(at) {}
   using Index = hn::Vec<DL>;
   HWY_INLINE Vec3D point(Index i) const { return {get(0, i), get(1, i), get(2, i)}; }
   HWY_INLINE VD value(Index i) const { return get(3, i); }
 
-  // Of all corners: places in pixels, depths, scalars and the pieces they lie in.
-  float x_lo() const { return hn::GetLane(hn::MinOfLanes(DH(), x_lo_)); }
-  float x_hi() const { return hn::GetLane(hn::MaxOfLanes(DH(), x_hi_)); }
-  float y_lo() const { return hn::GetLane(hn::MinOfLanes(DH(), y_lo_)); }
-  float y_hi() const { return hn::GetLane(hn::MaxOfLanes(DH(), y_hi_)); }
-  float w_lo() const { return hn::GetLane(hn::MinOfLanes(DH(), w_lo_)); }
-  float w_hi() const { return hn::GetLane(hn::MaxOfLanes(DH(), w_hi_)); }
-  float lo() const { return hn::GetLane(hn::MinOfLanes(DH(), lo_)); }
-  float hi() const { return hn::GetLane(hn::MaxOfLanes(DH(), hi_)); }
-  std::int32_t first() const { return hn::GetLane(hn::MinOfLanes(DI(), first_)); }
-  std::int32_t last() const { return hn::GetLane(hn::MaxOfLanes(DI(), last_)); }
-
  private:
-  static constexpr bool in_register = hn::MaxLanes(DD()) == corners_most;
-
-  HWY_INLINE void set(std::size_t k, std::size_t i, VD v) { hn::Store(v, DD(), at_[k] + i); }
   HWY_INLINE VD get(std::size_t k, Index i) const {
     const DD d;
-    if constexpr (in_register) {
+    if constexpr (hn::MaxLanes(DD()) == SheetBatch::corners) {
       return hn::TableLookupLanes(hn::Load(d, at_[k]), hn::IndicesFromVec(d, i));
     } else {
       return hn::GatherIndex(d, at_[k], hn::BitCast(hn::RebindToSigned<DD>(), i));
     }
   }
-  HWY_INLINE void addExtent(hn::Vec<DH> x, hn::Vec<DH> y, hn::Vec<DH> w, bool parallel, bool begin) {
-    const DH dh;
-    if (!parallel) {
-      const auto inverse = hn::Div(hn::Set(dh, 1.0F), w);
-      x = hn::Mul(x, inverse);
-      y = hn::Mul(y, inverse);
-    }
-    x_lo_ = begin ? x : hn::Min(x_lo_, x);
-    x_hi_ = begin ? x : hn::Max(x_hi_, x);
-    y_lo_ = begin ? y : hn::Min(y_lo_, y);
-    y_hi_ = begin ? y : hn::Max(y_hi_, y);
-    w_lo_ = begin ? w : hn::Min(w_lo_, w);
-    w_hi_ = begin ? w : hn::Max(w_hi_, w);
-  }
-  HWY_INLINE void addRange(hn::Vec<DH> value, hn::Vec<DI> piece, bool begin) {
-    lo_ = begin ? value : hn::Min(lo_, value);
-    hi_ = begin ? value : hn::Max(hi_, value);
-    first_ = begin ? piece : hn::Min(first_, piece);
-    last_ = begin ? piece : hn::Max(last_, piece);
-  }
-
-  alignas(64) double at_[4][corners_most];
-  hn::Vec<DH> x_lo_, x_hi_, y_lo_, y_hi_, w_lo_, w_hi_, lo_, hi_;
-  hn::Vec<DI> first_, last_;
+  const double (&at_)[4][SheetBatch::corners];
 };
 
 // The positions of the corners a, b, c, d of a vector of faces, from face i on.
@@ -160,12 +191,12 @@ HWY_INLINE VD overTile(const Vec3D& form) {
                     hn::Abs(form.z));
 }
 
-// 1 / v, with v kept so far from 0 that a form no larger than `reach` times it stays within nearness_limit.
-HWY_INLINE VD inverseWithin(const TileView& view, VD v, VD reach) {
+// v, kept so far from 0 that a form of this reach divided by it stays within nearness_limit.
+HWY_INLINE VD awayFromZero(const SheetFrame& frame, VD v, VD reach) {
   const DD d;
-  const VD least = hn::MulAdd(reach, hn::Set(d, 1.0 / (nearness_limit * view.nearness_scale)), hn::Set(d, 1e-300));
-  const VD magnitude = hn::Max(hn::Abs(v), least);
-  return hn::Div(hn::Set(d, 1.0), hn::CopySign(magnitude, v));
+  constexpr double tiny = 1e-150;  // two of them can be multiplied
+  const VD least = hn::MulAdd(reach, hn::Set(d, frame.least_pivot), hn::Set(d, tiny));
+  return hn::CopySign(hn::Max(hn::Abs(v), least), v);
 }
 
 HWY_INLINE void storeForm(const Vec3D& form, std::size_t i, float* x, float* y, float* z) {
@@ -175,12 +206,12 @@ HWY_INLINE void storeForm(const Vec3D& form, std::size_t i, float* x, float* y, 
   hn::Store(hn::DemoteTo(dh, form.z), dh, z + i);
 }
 
-// The sheets of the faces from i on.
-HWY_INLINE void setFaces(const TileView& view, const CornerSet& corners, const FacetTable& table, FacetCode code,
-                         std::size_t i, SheetCell& cell, FaceBits& bits) {
+// The sheets of the faces from i on of a cell of this nearness.
+HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, const FacetTable& table, FacetCode code,
+                         double nearness, std::size_t i, SheetCell& cell, FaceBits& bits) {
   const DD d;
   const DH dh;
-  const bool parallel = view.screen->parallel();
+  const bool parallel = frame.parallel;
   const FaceCorners at(table, code, i);
   const Vec3D a = corners.point(at.a), b = corners.point(at.b), c = corners.point(at.c), f = corners.point(at.d);
   // The same on the screen, homogeneous.
@@ -192,11 +223,12 @@ HWY_INLINE void setFaces(const TileView& view, const CornerSet& corners, const F
   const Vec3D n = cross(b - a, c - a);
   const Vec3D diagonal = cross(ha, hc);
   const VD level = dot(a, n);
-  const VD pivot1 = parallel ? n.z : level;
-  const VD pivot2 = dot(diagonal, hf);
   Vec3D plane{n.x, n.y, parallel ? hn::Neg(level) : n.z};
-  const VD inverse1 = inverseWithin(view, pivot1, overTile(plane));
-  const VD inverse2 = inverseWithin(view, pivot2, overTile(diagonal));
+  const VD pivot1 = awayFromZero(frame, parallel ? n.z : level, overTile(plane));
+  const VD pivot2 = awayFromZero(frame, dot(diagonal, hf), overTile(diagonal));
+  const VD inverse = hn::Div(hn::Set(d, 1.0), hn::Mul(pivot1, pivot2));
+  const VD inverse1 = hn::Mul(inverse, pivot2);
+  const VD inverse2 = hn::Mul(inverse, pivot1);
   // 1 above the fourth corner (over its depth, in perspective); nothing on a triangle.
   const VD quad = hn::PromoteTo(
       d, hn::BitCast(DI(), hn::And(hn::Shr(hn::Set(DU(), table.quads), hn::Iota(DU(), static_cast<std::uint32_t>(i))),
@@ -204,7 +236,7 @@ HWY_INLINE void setFaces(const TileView& view, const CornerSet& corners, const F
   const Vec3D side{hn::Mul(diagonal.x, inverse2), hn::Mul(diagonal.y, inverse2), hn::Mul(diagonal.z, inverse2)};
   const VD fold = hn::Mul(quad, hn::Neg(hn::Mul(dot(n, f - a), inverse1)));
   plane = {hn::Mul(plane.x, inverse1), hn::Mul(plane.y, inverse1), hn::Mul(plane.z, inverse1)};
-  if (!parallel) plane.z = hn::Sub(plane.z, hn::Set(d, view.screen->depths().z0));
+  if (!parallel) plane.z = hn::Sub(plane.z, hn::Set(d, frame.z0));
 
   const VD value = corners.value(at.a);
   const VD to_b = hn::Mul(hn::Sub(corners.value(at.b), value), inverse1);
@@ -231,8 +263,7 @@ HWY_INLINE void setFaces(const TileView& view, const CornerSet& corners, const F
 
   const auto slope = [&](const Vec3D& form) HWY_ATTR { return hn::Add(hn::Abs(form.x), hn::Abs(form.y)); };
   // Of the cell's own nearness, where that is what float keeps a share of.
-  const double scale = view.relative ? 2.0 / (corners.w_lo() + corners.w_hi()) : 1.0;
-  const VD steepest = hn::Set(d, double{steep_share * view.steepest} / tile_size * scale);
+  const VD steepest = hn::Set(d, frame.relative ? frame.steepest * nearness : frame.steepest);
   const MD level_enough = hn::Le(hn::Max(slope(plane), slope(plane2)), steepest);
   const MD turned = hn::Eq(hn::PromoteTo(d, hn::BitCast(DI(), at.backward)), hn::Set(d, 1.0));
   bits.leaves1 |= laneBits(hn::Xor(hn::Gt(pivot1, hn::Zero(d)), turned)) << i;
@@ -252,23 +283,42 @@ HWY_INLINE void splitFace(SheetCell& cell, const FaceBits& bits, unsigned f) {
   cell.fold[f] = cell.bend[f] = cell.fold[g] = cell.bend[g] = 0.0F;
 }
 
+// The bits set in a byte, lowest first.
+struct BitLists {
+  alignas(64) std::uint8_t bit[256][8] = {};
+  constexpr BitLists() {
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      unsigned n = 0;
+      for (unsigned k = 0; k < 8; ++k) {
+        if ((byte >> k & 1U) != 0) bit[byte][n++] = static_cast<std::uint8_t>(k);
+      }
+    }
+  }
+};
+constexpr BitLists bit_lists;
+
+HWY_INLINE void listFaces(unsigned faces, std::uint8_t* out, unsigned& count) {
+  std::memcpy(out, bit_lists.bit[faces], 8);
+  count = static_cast<unsigned>(std::popcount(faces));
+}
+HWY_INLINE void addSeconds(unsigned faces, std::uint8_t* out, unsigned& count) {
+  for (; faces != 0; faces &= faces - 1)
+    out[count++] = static_cast<std::uint8_t>(SheetCell::second + static_cast<unsigned>(std::countr_zero(faces)));
+}
+
 // By which sheets the cell is entered and left.
 HWY_INLINE void sortSheets(const FacetTable& table, FacetCode code, const FaceBits& bits, SheetCell& cell) {
-  cell.entered_count = cell.left_count = cell.gap_count = 0;
   const unsigned split = (bits.leaves1 ^ bits.leaves2) & table.quads;
   const unsigned gaps = split & code >> inward_shift;
-  const auto list = [](unsigned faces, unsigned first, std::uint8_t* out, unsigned& count) {
-    for (; faces != 0; faces &= faces - 1)
-      out[count++] = static_cast<std::uint8_t>(first + static_cast<unsigned>(std::countr_zero(faces)));
-  };
   const unsigned whole = table.faces & ~gaps;
-  list(whole & ~bits.leaves1, 0, cell.entered, cell.entered_count);
-  list(whole & bits.leaves1, 0, cell.left, cell.left_count);
+  listFaces(whole & ~bits.leaves1, cell.entered, cell.entered_count);
+  listFaces(whole & bits.leaves1, cell.left, cell.left_count);
+  cell.gap_count = 0;
   if (HWY_LIKELY(split == 0)) return;
   for (unsigned rest = split; rest != 0; rest &= rest - 1)
     splitFace(cell, bits, static_cast<unsigned>(std::countr_zero(rest)));
-  list(split & ~gaps & ~bits.leaves2, SheetCell::second, cell.entered, cell.entered_count);
-  list(split & ~gaps & bits.leaves2, SheetCell::second, cell.left, cell.left_count);
+  addSeconds(split & ~gaps & ~bits.leaves2, cell.entered, cell.entered_count);
+  addSeconds(split & ~gaps & bits.leaves2, cell.left, cell.left_count);
   for (unsigned rest = gaps; rest != 0; rest &= rest - 1) {
     const auto f = static_cast<std::uint8_t>(std::countr_zero(rest));
     const auto g = static_cast<std::uint8_t>(f + SheetCell::second);
@@ -276,45 +326,35 @@ HWY_INLINE void sortSheets(const FacetTable& table, FacetCode code, const FaceBi
   }
 }
 
-// The blocks of pixels that the cell may cover, with a margin for float's rounding of the projection.
-HWY_INLINE Box blocksOf(const TileView& view, const CornerSet& corners) {
-  constexpr float margin = 0.01F;
-  const auto begin = [](float lo, int end) {
-    return static_cast<int>(std::ceil(std::clamp(lo - 0.5F - margin, 0.0F, static_cast<float>(end)))) / 4;
-  };
-  const auto end = [](float hi, int most) {
-    return (static_cast<int>(std::floor(std::clamp(hi - 0.5F + margin, -1.0F, static_cast<float>(most - 1)))) + 4) / 4;
-  };
-  return {begin(corners.x_lo(), view.width), begin(corners.y_lo(), view.height), end(corners.x_hi(), view.width),
-          end(corners.y_hi(), view.height)};
-}
-
-HWY_INLINE void setCell(const TileView& view, const double* records, mesh::CellType type, FacetCode code,
-                        SheetCell& cell) {
+// Cell i of the batch; handed back unless its care says otherwise.
+HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::CellType type, FacetCode code,
+                        std::size_t i, SheetBatch& batch) {
+  SheetCell& cell = batch.cell[i];
   cell.care = Care::edge_on;
-  if (code == not_of_planes) return;
-  const CornerSet corners(view, records);
-  const bool parallel = view.screen->parallel();
-  if (!parallel && !(corners.w_lo() > 0.0F)) return;
-  cell.blocks = blocksOf(view, corners);
-  const FacetTable& table = facetTable(type);
+  const float near = batch.lo[SheetBatch::depth][i];
+  const float far = batch.hi[SheetBatch::depth][i];
+  if (HWY_UNLIKELY(code == not_of_planes || (!frame.parallel && !(near > 0.0F)))) return;
+  cell.blocks = {batch.block_x0[i], batch.block_y0[i], batch.block_x1[i], batch.block_y1[i]};
+  const CornerSet corners(batch.at[i]);
+  const FacetTable& table = frame.tables[static_cast<std::size_t>(type)];
   FaceBits bits;
-  for (std::size_t i = 0; i < faces_most; i += hn::Lanes(DD()))
-    setFaces(view, corners, table, code, i, cell, bits);
-  if ((bits.edge_on & table.faces) != 0) return;
+  for (std::size_t k = 0; k < faces_most; k += hn::Lanes(DD()))
+    setFaces(frame, corners, table, code, 2.0 / double{near + far}, k, cell, bits);
+  if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return;
   sortSheets(table, code, bits, cell);
-  if (cell.entered_count == 0 || cell.left_count == 0) return;
-  cell.look = {view.screen->pieces().data(), corners.first(), corners.last(), corners.lo(), corners.hi()};
-  const DH dh;
-  auto steep = hn::Load(dh, bits.steep);
-  for (std::size_t i = hn::Lanes(dh); i < faces_most; i += hn::Lanes(dh))
-    steep = hn::Max(steep, hn::Load(dh, bits.steep + i));
+  if (HWY_UNLIKELY(cell.entered_count == 0 || cell.left_count == 0)) return;
+  cell.look = {view.screen->pieces().data(), batch.first_piece[i], batch.last_piece[i], batch.lo[SheetBatch::scalar][i],
+               batch.hi[SheetBatch::scalar][i]};
   // The rounding of a rate, as a scalar.
   constexpr float float_rounding = 4e-7F;
-  const float depth = parallel ? 1.0F : corners.w_hi();
-  const bool steady =
-      hn::GetLane(hn::MaxOfLanes(dh, steep)) * depth * float_rounding <= 0.02F * (cell.look.hi - cell.look.lo);
-  cell.care = cell.look.care((corners.w_hi() - corners.w_lo()) * view.longest, steady);
+  const float steep = float_rounding * (frame.parallel ? 1.0F : far);
+  const DH dh;
+  auto unsteady = hn::MaskFromVec(hn::Zero(dh));
+  for (std::size_t k = 0; k < faces_most; k += hn::Lanes(dh)) {
+    unsteady = hn::Or(unsteady, hn::Gt(hn::Mul(hn::Load(dh, bits.steep + k), hn::Set(dh, steep)),
+                                       hn::Set(dh, 0.02F * (cell.look.hi - cell.look.lo))));
+  }
+  cell.care = cell.look.care((far - near) * view.longest, hn::AllFalse(dh, unsteady));
 }
 
 HWY_INLINE mesh::Id cellOf(const sort::Order& order, Entry entry) {
@@ -330,12 +370,12 @@ HWY_NOINLINE void gatherRecords(const Screen& screen, std::span<const Entry> cel
     const mesh::Id cell = cellOf(order, cells[i]);
     const mesh::Id* corner = mesh.cell_vertex.data() + mesh.cell_vertex_offset[cell];
     const std::size_t count =
-        std::min<std::size_t>(mesh.cell_vertex_offset[cell + 1] - mesh.cell_vertex_offset[cell], corners_most);
-    double* records = batch.corner[i];
-    for (std::size_t k = 0; k < corners_most; ++k)
+        std::min<std::size_t>(mesh.cell_vertex_offset[cell + 1] - mesh.cell_vertex_offset[cell], SheetBatch::corners);
+    double* records = batch.record[i];
+    for (std::size_t k = 0; k < SheetBatch::corners; ++k)
       std::memcpy(records + 4 * k, screen.vertices() + corner[k < count ? k : 0], sizeof(Vertex));
     if (screen.cell_values().empty()) continue;
-    for (std::size_t k = 0; k < corners_most; ++k) {
+    for (std::size_t k = 0; k < SheetBatch::corners; ++k) {
       auto* last = reinterpret_cast<char*>(records + 4 * k + 3);
       std::memcpy(last, &screen.cell_values()[cell], sizeof(float));
       std::memcpy(last + sizeof(float), &screen.cell_pieces()[cell], sizeof(std::uint32_t));
@@ -356,11 +396,15 @@ HWY_INLINE void prefetchCells(const Screen& screen, std::span<const Entry> cells
 HWY_NOINLINE void setUpSheets(const TileView& view, std::span<const Entry> cells, std::span<const Entry> next,
                               SheetBatch& batch) {
   const Screen& screen = *view.screen;
+  const SheetFrame frame(view);
   gatherRecords(screen, cells, batch);
   prefetchCells(screen, next);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    placeCorners(view, frame, i, batch);
+  setRanges(view, batch);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const mesh::Id cell = cellOf(screen.frame().order, cells[i]);
-    setCell(view, batch.corner[i], screen.mesh().cell_type[cell], screen.facets()[cell], batch.cell[i]);
+    setCell(view, frame, screen.mesh().cell_type[cell], screen.facets()[cell], i, batch);
   }
 }
 
