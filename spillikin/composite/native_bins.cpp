@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_sheets.h"
 
 namespace spillikin::composite::native {
 
@@ -47,7 +48,13 @@ void Bins::findBoxes(const Screen& screen, const Box& region) {
   tbb::parallel_for(Range(0, mesh.cell_count(), box_grain), [&](const Range& range) {
     std::size_t c = range.begin();
     // What reaches behind the eye is left to the slower way.
-    if (tetrahedral) c = boxTetrahedra(screen.places(), mesh.cell_vertex.data(), region, c, range.end(), boxes_.data());
+    if (tetrahedral) {
+      c = boxTetrahedra(screen.places(), mesh.cell_vertex.data(), region, c, range.end(), boxes_.data());
+    } else {
+      boxCells(screen.places(), mesh.cell_vertex.data(), mesh.cell_vertex_offset.data(), region, c, range.end(),
+               boxes_.data());
+      c = range.end();
+    }
     for (; c != range.end(); ++c)
       boxes_[c] = unknown_tiles;
     for (c = range.begin(); c != range.end(); ++c) {

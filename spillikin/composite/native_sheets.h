@@ -35,12 +35,14 @@ struct SheetCell {
   Coefficient rate[3];  // in perspective of the scalar over inverse depth; in a parallel view of the scalar itself
   Coefficient bend;
 
-  std::uint8_t entered[most], left[most];  // sheets
+  std::uint8_t entered[most], left[most];  // sheets; up to the eighth filled up with the first
   struct Gap {
     std::uint8_t leaves, enters;  // first out, then in again
   };
   Gap gap[6];
   unsigned entered_count, left_count, gap_count;
+  bool folded;          // by more than float can tell
+  std::uint32_t steep;  // a bit for each sheet that is so steep that rays which meet it go one by one
 
   Box blocks;  // half-open
   Look look;
@@ -67,26 +69,28 @@ struct SheetBatch {
 
 // The fragments of one cell on one tile before they are shaded, vector by vector.
 struct SheetCoverage {
-  alignas(64) float near[tile_pixels];
-  alignas(64) float far[tile_pixels];
-  alignas(64) float near_side[tile_pixels];  // e on the sheet of entry, and of exit
-  alignas(64) float far_side[tile_pixels];
-  alignas(64) std::int32_t near_sheet[tile_pixels];
-  alignas(64) std::int32_t far_sheet[tile_pixels];
+  static constexpr std::size_t width = 4;  // arrays of a vector: where its rays enter and leave, and by which sheets
+  alignas(64) float vector[width * tile_pixels];
   std::uint32_t pixel[tile_pixels + 1];  // index of the vector's first pixel
 };
+
+// The tiles of `region` that the cells first <= c < last may cover, into boxes[c]; unknown_tiles for one that reaches
+// behind the eye. A cell's vertices are `corners` from offset[c] to offset[c + 1].
+void boxCells(const Place* places, const mesh::Id* corners, const mesh::Id* offset, const Box& region,
+              std::size_t first, std::size_t last, TileBox* boxes);
 
 // What the kernel works with between cells; one per thread.
 struct SheetScratch {
   SheetBatch batch;
   SheetCoverage covered;
-  std::vector<WholeCell::Bound> bounds;      // of a piece of a cell
-  std::vector<std::uint16_t> two_intervals;  // pixels
+  std::vector<WholeCell::Bound> bounds;   // of a piece of a cell
+  std::vector<std::uint16_t> one_by_one;  // pixels
 };
 
 // Composites cells and pieces of cells, nearest first, of a mesh that is not of tetrahedra. In its turn a cell that is
 // not what planes bound (see Facets), or that float cannot place, is handed back, and so are the pixels on which a cell
-// has two intervals. Returns the fragments drawn. Stops early where every pixel is opaque and the order is trusted.
+// has two intervals or a steep sheet is met. Returns the fragments drawn. Stops early where every pixel is opaque and
+// the order is trusted.
 std::size_t paintSheets(const TileView& view, std::span<const Entry> entries, Pixels& pixels, SheetScratch& scratch);
 
 // Shades the cells' fragments on the pixels `wanted` and appends them to `out`. False, with part of them in `out`, once

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <vector>
 
 #include "spillikin/composite/native_kernel.h"
@@ -31,22 +32,26 @@ HWY_INLINE VF formAt(const float* x_form, const float* y_form, const float* form
   return hn::MulAdd(hn::Set(d, *x_form), x, hn::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
 }
 
-// One end of the intervals of a vector of rays: how near, on which sheet, and on which side of its diagonal.
+// One end of the intervals of a vector of rays: how near, and on which sheet.
 struct End {
-  VF z, side;
+  VF z;
   VS sheet;
 };
 
+HWY_INLINE VF sideOf(const SheetCell& cell, std::size_t k, VF x, VF y) {
+  return hn::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(DF()));
+}
+
+template <bool Folded>
 HWY_INLINE End onSheet(const SheetCell& cell, std::size_t k, VF x, VF y) {
   const DF d;
-  const VF z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
-  const VF side = hn::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(d));
-  return {hn::MulAdd(hn::Set(d, cell.fold[k]), side, z), side, hn::Set(DS(), static_cast<std::int32_t>(k))};
+  VF z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
+  if constexpr (Folded) z = hn::MulAdd(hn::Set(d, cell.fold[k]), sideOf(cell, k, x, y), z);
+  return {z, hn::Set(DS(), static_cast<std::int32_t>(k))};
 }
 
 HWY_INLINE void take(End& end, const End& other, hn::Mask<DF> where) {
   end.z = hn::IfThenElse(where, other.z, end.z);
-  end.side = hn::IfThenElse(where, other.side, end.side);
   end.sheet = hn::IfThenElse(hn::RebindMask(DS(), where), other.sheet, end.sheet);
 }
 
@@ -54,14 +59,18 @@ struct Interval {
   End near, far;
 };
 
+// Of as many sheets as there are, or, where that is not 0, of the first `Sheets` of either list.
+template <bool Folded, unsigned Sheets>
 HWY_INLINE Interval intervalOf(const SheetCell& cell, VF x, VF y) {
-  Interval in{onSheet(cell, cell.entered[0], x, y), onSheet(cell, cell.left[0], x, y)};
-  for (unsigned k = 1; k < cell.entered_count; ++k) {
-    const End other = onSheet(cell, cell.entered[k], x, y);
+  Interval in{onSheet<Folded>(cell, cell.entered[0], x, y), onSheet<Folded>(cell, cell.left[0], x, y)};
+  const unsigned entered = Sheets > 0 ? Sheets : cell.entered_count;
+  for (unsigned k = 1; k < entered; ++k) {
+    const End other = onSheet<Folded>(cell, cell.entered[k], x, y);
     take(in.near, other, hn::Lt(other.z, in.near.z));
   }
-  for (unsigned k = 1; k < cell.left_count; ++k) {
-    const End other = onSheet(cell, cell.left[k], x, y);
+  const unsigned left = Sheets > 0 ? Sheets : cell.left_count;
+  for (unsigned k = 1; k < left; ++k) {
+    const End other = onSheet<Folded>(cell, cell.left[k], x, y);
     take(in.far, other, hn::Gt(other.z, in.far.z));
   }
   return in;
@@ -92,8 +101,8 @@ HWY_INLINE Limits limitsOf(const Pixels& pixels, std::span<const WholeCell::Boun
 HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap, const Limits& limits,
                                  VF x, VF y, Interval& in) {
   const DF d;
-  const End out = onSheet(cell, gap.leaves, x, y);
-  const End again = onSheet(cell, gap.enters, x, y);
+  const End out = onSheet<false>(cell, gap.leaves, x, y);
+  const End again = onSheet<false>(cell, gap.enters, x, y);
   const auto open = hn::And(hn::Gt(in.near.z, in.far.z), hn::Gt(out.z, again.z));
   const auto some = [&](VF near, VF far) HWY_ATTR {
     const VF least = hn::MulAdd(hn::Max(near, hn::Zero(d)), hn::Set(d, solid_share * view.overlap_slope),
@@ -107,16 +116,25 @@ HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, Sh
   return hn::And(open, hn::And(before, behind));
 }
 
+HWY_INLINE hn::Mask<DF> meetsSteep(const SheetCell& cell, const Interval& in) {
+  const DF d;
+  const hn::RebindToUnsigned<DF> du;
+  const auto steep = hn::Set(du, cell.steep);
+  const auto bit = [&](VS sheet) HWY_ATTR { return hn::Shr(steep, hn::BitCast(du, sheet)); };
+  const auto met = hn::And(hn::Or(bit(in.near.sheet), bit(in.far.sheet)), hn::Set(du, 1));
+  return hn::And(hn::RebindMask(d, hn::Ne(met, hn::Zero(du))), hn::Gt(in.near.z, in.far.z));
+}
+
 struct Cover {
   const TileView& view;
   const SheetCell& cell;
   std::span<const WholeCell::Bound> bounds;
   const Pixels& pixels;
   SheetCoverage& out;
-  std::vector<std::uint16_t>& two_intervals;
+  std::vector<std::uint16_t>& one_by_one;
 };
 
-template <bool Gaps>
+template <bool Careful, bool Folded, unsigned Sheets>
 HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
@@ -132,25 +150,24 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
       const VF x = hn::Load(d, centres.x[bx] + sub);
       const VF y = hn::Load(d, centres.y[by] + sub);
       const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
-      Interval in = intervalOf(c.cell, x, y);
-      if constexpr (Gaps) {
+      Interval in = intervalOf<Folded, Sheets>(c.cell, x, y);
+      if constexpr (Careful) {
         const Limits limits = limitsOf(c.pixels, c.bounds, first, x, y);
-        auto two = hn::MaskFromVec(hn::Zero(d));
+        auto hard = hn::MaskFromVec(hn::Zero(d));
         for (unsigned k = 0; k < c.cell.gap_count; ++k)
-          two = hn::Or(two, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
-        in.near.z = hn::IfThenElse(two, in.far.z, in.near.z);
+          hard = hn::Or(hard, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
+        hard = hn::Or(hard, meetsSteep(c.cell, in));
+        in.near.z = hn::IfThenElse(hard, in.far.z, in.near.z);
         if (c.pixels.live[first] != 0) {
-          for (unsigned bits = maskBits(two); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
-            c.two_intervals.push_back(
-                static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
+          for (unsigned bits = maskBits(hard); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
+            c.one_by_one.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
         }
       }
-      hn::Store(in.near.z, d, c.out.near + n * lanes);
-      hn::Store(in.far.z, d, c.out.far + n * lanes);
-      hn::Store(in.near.side, d, c.out.near_side + n * lanes);
-      hn::Store(in.far.side, d, c.out.far_side + n * lanes);
-      hn::Store(in.near.sheet, DS(), c.out.near_sheet + n * lanes);
-      hn::Store(in.far.sheet, DS(), c.out.far_sheet + n * lanes);
+      float* out = c.out.vector + SheetCoverage::width * lanes * n;
+      hn::Store(in.near.z, d, out);
+      hn::Store(in.far.z, d, out + lanes);
+      hn::Store(hn::BitCast(d, in.near.sheet), d, out + 2 * lanes);
+      hn::Store(hn::BitCast(d, in.far.sheet), d, out + 3 * lanes);
       c.out.pixel[n] = static_cast<std::uint32_t>(first);
       // No branch on what is as good as random: an empty vector's place is taken by the next one.
       const bool some = !hn::AllFalse(d, hn::Gt(in.near.z, in.far.z));
@@ -199,13 +216,18 @@ class SheetRays {
         y_(cell.rate[1]),
         t_(cell.rate[2]),
         bend_(cell.bend),
+        side_x_(cell.side[0]),
+        side_y_(cell.side[1]),
+        side_t_(cell.side[2]),
         anchor_(hn::Set(DF(), anchor)),
         z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
 
   HWY_INLINE VF depth(VF z) const { return Parallel ? hn::Sub(z0_, z) : reciprocal(hn::Add(z, z0_)); }
 
   // Relative to the anchor.
-  HWY_INLINE VF scalar(VS sheet, VF side, VF depth, VF x, VF y) const {
+  HWY_INLINE VF scalar(VS sheet, VF depth, VF x, VF y) const {
+    const VF form = hn::MulAdd(side_x_(sheet), x, hn::MulAdd(side_y_(sheet), y, side_t_(sheet)));
+    const VF side = hn::Max(form, hn::Zero(DF()));
     const VF rate = hn::MulAdd(x_(sheet), x, hn::MulAdd(y_(sheet), y, hn::MulAdd(bend_(sheet), side, t_(sheet))));
     const VF base = hn::Sub(base_(sheet), anchor_);
     return Parallel ? hn::Add(rate, base) : hn::MulAdd(rate, depth, base);
@@ -214,17 +236,17 @@ class SheetRays {
   // Lanes that are not inside get no length and harmless values. `limits` as far as Clipped, which then trims near, far
   // and inside.
   template <bool Clipped>
-  HWY_INLINE Segment segment(const SheetCoverage& covered, std::size_t at, std::size_t first, VF unit, VF& near,
-                             VF& far, hn::Mask<DF>& inside, const Pixels& pixels,
-                             std::span<const WholeCell::Bound> bounds) const {
+  HWY_INLINE Segment segment(const float* covered, std::size_t first, VF unit, VF& near, VF& far, hn::Mask<DF>& inside,
+                             const Pixels& pixels, std::span<const WholeCell::Bound> bounds) const {
     const DF d;
     const VF half = hn::Set(d, 0.5F);
     const VF x = centresX(first), y = centresY(first);
     near = hn::IfThenElseZero(inside, near);
     far = hn::IfThenElseZero(inside, far);
     VF begin = depth(near), end = depth(far);
-    VF front = scalar(hn::Load(DS(), covered.near_sheet + at), hn::Load(d, covered.near_side + at), begin, x, y);
-    VF back = scalar(hn::Load(DS(), covered.far_sheet + at), hn::Load(d, covered.far_side + at), end, x, y);
+    const std::size_t lanes = hn::Lanes(d);
+    VF front = scalar(hn::BitCast(DS(), hn::Load(d, covered + 2 * lanes)), begin, x, y);
+    VF back = scalar(hn::BitCast(DS(), hn::Load(d, covered + 3 * lanes)), end, x, y);
     if constexpr (Clipped) {
       const Limits limits = limitsOf(pixels, bounds, first, x, y);
       near = hn::Min(near, limits.near);
@@ -245,14 +267,23 @@ class SheetRays {
     VF length = hn::Sub(near, far);
     if constexpr (!Parallel) length = hn::Mul(length, hn::Mul(begin, end));
     const VF half_change = hn::IfThenElseZero(inside, hn::Mul(hn::Sub(back, front), half));
-    return {hn::IfThenElseZero(inside, hn::MulAdd(hn::Add(front, back), half, hn::Zero(d))), half_change,
+    return {hn::IfThenElseZero(inside, hn::Mul(hn::Add(front, back), half)), half_change,
             hn::IfThenElseZero(inside, hn::Mul(length, unit))};
   }
 
  private:
-  PerSheet base_, x_, y_, t_, bend_;
+  PerSheet base_, x_, y_, t_, bend_, side_x_, side_y_, side_t_;
   VF anchor_, z0_;
 };
+
+// Most cells have three or four sheets on either side.
+HWY_INLINE std::size_t coverAny(const Cover& c) {
+  if (c.cell.gap_count > 0 || c.cell.steep != 0) return coverSheets<true, true, 0>(c);
+  const unsigned most = std::max(c.cell.entered_count, c.cell.left_count);
+  if (most <= 3) return c.cell.folded ? coverSheets<false, true, 3>(c) : coverSheets<false, false, 3>(c);
+  if (most == 4) return c.cell.folded ? coverSheets<false, true, 4>(c) : coverSheets<false, false, 4>(c);
+  return coverSheets<false, true, 0>(c);
+}
 
 struct Painting {
   const TileView& view;
@@ -272,11 +303,12 @@ HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
   std::size_t fragments = 0;
   for (std::size_t k = 0; k < p.count; ++k) {
     const std::size_t first = p.covered.pixel[k];
-    VF near = hn::Load(d, p.covered.near + k * lanes);
-    VF far = hn::Load(d, p.covered.far + k * lanes);
+    const float* covered = p.covered.vector + SheetCoverage::width * lanes * k;
+    VF near = hn::Load(d, covered);
+    VF far = hn::Load(d, covered + lanes);
     auto inside = hn::Gt(near, far);
-    const Segment segment = rays.template segment<Clipped>(
-        p.covered, k * lanes, first, hn::Load(d, pixels.length.data() + first), near, far, inside, pixels, p.bounds);
+    const Segment segment = rays.template segment<Clipped>(covered, first, hn::Load(d, pixels.length.data() + first),
+                                                           near, far, inside, pixels, p.bounds);
     fragments += hn::CountTrue(d, inside);
     certificate.check(near, far, inside, first, pixels);
     shader.blend(segment, first, pixels);
@@ -326,11 +358,11 @@ HWY_INLINE std::size_t coverOne(const TileView& view, Entry entry, const SheetCe
     return 0;
   }
   if (cell.blocks.empty()) return 0;
-  scratch.two_intervals.clear();
-  const Cover cover{view, cell, scratch.bounds, pixels, scratch.covered, scratch.two_intervals};
-  const std::size_t n = cell.gap_count == 0 ? coverSheets<false>(cover) : coverSheets<true>(cover);
-  if (HWY_UNLIKELY(!scratch.two_intervals.empty())) {
-    view.hand_back.take_pixels(view.hand_back.self, entry, scratch.two_intervals);
+  scratch.one_by_one.clear();
+  const Cover cover{view, cell, scratch.bounds, pixels, scratch.covered, scratch.one_by_one};
+  const std::size_t n = coverAny(cover);
+  if (HWY_UNLIKELY(!scratch.one_by_one.empty())) {
+    view.hand_back.take_pixels(view.hand_back.self, entry, scratch.one_by_one);
   }
   return n;
 }
@@ -377,11 +409,12 @@ HWY_NOINLINE void collectOne(const Painting& p, const PixelMask& wanted, const P
   alignas(64) float fars[block_pixels];
   for (std::size_t k = 0; k < p.count; ++k) {
     const std::size_t first = p.covered.pixel[k];
-    VF near = hn::Load(d, p.covered.near + k * lanes);
-    VF far = hn::Load(d, p.covered.far + k * lanes);
+    const float* covered = p.covered.vector + SheetCoverage::width * lanes * k;
+    VF near = hn::Load(d, covered);
+    VF far = hn::Load(d, covered + lanes);
     auto inside = hn::Gt(near, far);
-    const Segment segment = rays.template segment<true>(
-        p.covered, k * lanes, first, hn::Load(d, pixels.length.data() + first), near, far, inside, pixels, p.bounds);
+    const Segment segment = rays.template segment<true>(covered, first, hn::Load(d, pixels.length.data() + first), near,
+                                                        far, inside, pixels, p.bounds);
     unsigned bits = maskBits(inside) & (static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels));
     if (bits == 0) continue;
     for (auto* channel : {&blank.red, &blank.green, &blank.blue})
@@ -426,6 +459,37 @@ bool sheetFragments(const TileView& view, std::span<const Entry> entries, const 
   return true;
 }
 
+void cellBoxes(const Place* places, const mesh::Id* corners, const mesh::Id* offset, const Box& region,
+               std::size_t first, std::size_t last, TileBox* out) {
+  // Wider than the rounding of a place in float anywhere in the largest image.
+  constexpr float margin = 0.01F;
+  static_assert(tile_size == 1 << tile_shift);
+  for (std::size_t c = first; c < last; ++c) {
+    float x0 = not_a_place, y0 = not_a_place, x1 = -not_a_place, y1 = -not_a_place;
+    for (mesh::Id k = offset[c]; k < offset[c + 1]; ++k) {
+      const Place& p = places[corners[k]];
+      x0 = std::min(x0, p.x);
+      y0 = std::min(y0, p.y);
+      x1 = std::max(x1, p.x);
+      y1 = std::max(y1, p.y);
+    }
+    if (x1 == not_a_place) {
+      out[c] = unknown_tiles;
+      continue;
+    }
+    const auto from = [](float lo, int begin) {
+      return std::max(std::ceil(lo - (0.5F + margin)), static_cast<float>(begin)) - static_cast<float>(begin);
+    };
+    const auto to = [](float hi, int begin, int end) {
+      return std::min(std::floor(hi - (0.5F - margin)), static_cast<float>(end - 1)) - static_cast<float>(begin);
+    };
+    const float a = from(x0, region.x0), b = from(y0, region.y0);
+    const float e = to(x1, region.x0, region.x1), f = to(y1, region.y0, region.y1);
+    const auto tile = [](float pixel) { return static_cast<std::uint32_t>(pixel) >> tile_shift; };
+    out[c] = a > e || b > f ? no_tiles : tileBox(tile(a), tile(b), tile(e), tile(f));
+  }
+}
+
 }  // namespace
 }  // namespace spillikin::composite::native::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -435,6 +499,12 @@ namespace spillikin::composite::native {
 
 HWY_EXPORT(sheets);
 HWY_EXPORT(sheetFragments);
+HWY_EXPORT(cellBoxes);
+
+void boxCells(const Place* places, const mesh::Id* corners, const mesh::Id* offset, const Box& region,
+              std::size_t first, std::size_t last, TileBox* boxes) {
+  HWY_DYNAMIC_DISPATCH(cellBoxes)(places, corners, offset, region, first, last, boxes);
+}
 
 std::size_t paintSheets(const TileView& view, std::span<const Entry> entries, Pixels& pixels, SheetScratch& scratch) {
   return HWY_DYNAMIC_DISPATCH(sheets)(view, entries, pixels, scratch);

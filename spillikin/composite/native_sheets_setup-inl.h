@@ -30,8 +30,8 @@ using DU = hn::Rebind<std::uint32_t, DD>;
 using DL = hn::RebindToUnsigned<DD>;
 using VU = hn::Vec<DU>;
 
-// How steep a sheet may be, as a share of what a tetrahedron's face may: where float leaves half of the certificate's
-// tolerance unknown. A neighbour that is painted ray by ray has not the same bits.
+// How steep a sheet may be, as a share of what is edge-on: where float leaves half of the certificate's tolerance
+// unknown. A neighbour that is painted ray by ray has not the same bits; few rays if any meet such a sheet.
 constexpr float steep_share = 0.01F;
 
 constexpr std::size_t faces_most = 8;
@@ -44,12 +44,14 @@ struct SheetFrame {
   double least_pivot;  // as a share of what a form reaches over the tile: beyond, nearness would leave its limit
   double steepest;     // slope of nearness (as a share of the cell's, if relative)
   bool relative;
+  double least_fold;  // of nearness over the tile: less is lost in float's rounding
   explicit SheetFrame(const TileView& view)
       : parallel(view.screen->parallel()),
         z0(view.screen->depths().z0),
         least_pivot(1.0 / (nearness_limit * view.nearness_scale)),
-        steepest(double{steep_share * view.steepest} / tile_size),
-        relative(view.relative) {}
+        steepest(double{view.steepest} / tile_size),
+        relative(view.relative),
+        least_fold(0.01 * (view.relative ? overlap_tolerance : double{view.overlap_at})) {}
 };
 
 // The corners of cell i out of their records.
@@ -176,14 +178,10 @@ HWY_INLINE unsigned laneBits(MD mask) {
   return bits[0];
 }
 
-// What is known of the faces beyond their coefficients, a bit each: left through their first and second triangles,
-// seen too nearly edge-on, with a scalar that rounding moves.
+// What is known of the faces beyond their coefficients, a bit each: left through their first and second triangles, with
+// a fold, steep, seen too nearly edge-on, with a scalar that rounding moves.
 struct FaceBits {
-  unsigned leaves1 = 0, leaves2 = 0, edge_on = 0;
-  // The second triangles as planes, for those quadrilaterals that are no one sheet.
-  alignas(64) float plane[3][faces_most];
-  alignas(64) float rate[3][faces_most];
-  alignas(64) float steep[faces_most];  // the scalar's rate on the steeper triangle, at most, over the tile
+  unsigned leaves1 = 0, leaves2 = 0, folded = 0, steep = 0, edge_on = 0, unsteady = 0;
 };
 
 HWY_INLINE VD overTile(const Vec3D& form) {
@@ -206,9 +204,15 @@ HWY_INLINE void storeForm(const Vec3D& form, std::size_t i, float* x, float* y, 
   hn::Store(hn::DemoteTo(dh, form.z), dh, z + i);
 }
 
-// The sheets of the faces from i on of a cell of this nearness.
+// What a cell's faces are held to.
+struct FaceLimits {
+  double nearness;       // of the cell
+  double steepest_rate;  // of the scalar over the tile
+};
+
+// The sheets of the faces from i on.
 HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, const FacetTable& table, FacetCode code,
-                         double nearness, std::size_t i, SheetCell& cell, FaceBits& bits) {
+                         const FaceLimits& limits, std::size_t i, SheetCell& cell, FaceBits& bits) {
   const DD d;
   const DH dh;
   const bool parallel = frame.parallel;
@@ -246,44 +250,46 @@ HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, cons
   const Vec3D rate{mix(third.x, diagonal.x), mix(third.y, diagonal.y), mix(third.z, diagonal.z)};
   const VD bend = hn::Mul(quad, hn::Sub(hn::Sub(corners.value(at.d), value), dot(rate, hf)));
 
-  const auto along = [&](const Vec3D& form, VD by) HWY_ATTR {
-    return Vec3D{hn::MulAdd(side.x, by, form.x), hn::MulAdd(side.y, by, form.y), hn::MulAdd(side.z, by, form.z)};
-  };
-  const Vec3D plane2 = along(plane, fold);
-  const Vec3D rate2 = along(rate, bend);
   storeForm(plane, i, cell.plane[0], cell.plane[1], cell.plane[2]);
   storeForm(side, i, cell.side[0], cell.side[1], cell.side[2]);
   storeForm(rate, i, cell.rate[0], cell.rate[1], cell.rate[2]);
-  storeForm(plane2, i, bits.plane[0], bits.plane[1], bits.plane[2]);
-  storeForm(rate2, i, bits.rate[0], bits.rate[1], bits.rate[2]);
   hn::Store(hn::DemoteTo(dh, fold), dh, cell.fold + i);
   hn::Store(hn::DemoteTo(dh, value), dh, cell.base + i);
   hn::Store(hn::DemoteTo(dh, bend), dh, cell.bend + i);
-  hn::Store(hn::DemoteTo(dh, hn::Max(overTile(rate), overTile(rate2))), dh, bits.steep + i);
 
-  const auto slope = [&](const Vec3D& form) HWY_ATTR { return hn::Add(hn::Abs(form.x), hn::Abs(form.y)); };
   // Of the cell's own nearness, where that is what float keeps a share of.
-  const VD steepest = hn::Set(d, frame.relative ? frame.steepest * nearness : frame.steepest);
-  const MD level_enough = hn::Le(hn::Max(slope(plane), slope(plane2)), steepest);
+  const double scale = frame.relative ? limits.nearness : 1.0;
+  const VD side_reach = overTile(side);
+  const VD folded = hn::Mul(hn::Abs(fold), side_reach);
+  const auto slope = [&](VD x, VD y) HWY_ATTR { return hn::Add(hn::Abs(x), hn::Abs(y)); };
+  const VD slope1 = slope(plane.x, plane.y);
+  const VD slope2 = slope(hn::MulAdd(side.x, fold, plane.x), hn::MulAdd(side.y, fold, plane.y));
+  const VD most = hn::Max(slope1, slope2);
+  const VD steepest = hn::Set(d, frame.steepest * scale);
+  const VD fastest = hn::MulAdd(hn::Abs(bend), side_reach, overTile(rate));
   const MD turned = hn::Eq(hn::PromoteTo(d, hn::BitCast(DI(), at.backward)), hn::Set(d, 1.0));
   bits.leaves1 |= laneBits(hn::Xor(hn::Gt(pivot1, hn::Zero(d)), turned)) << i;
   bits.leaves2 |= laneBits(hn::Xor(hn::Gt(pivot2, hn::Zero(d)), turned)) << i;
-  bits.edge_on |= laneBits(hn::Not(level_enough)) << i;
+  bits.folded |= laneBits(hn::Gt(folded, hn::Set(d, frame.least_fold * scale))) << i;
+  bits.steep |= laneBits(hn::Gt(most, hn::Mul(steepest, hn::Set(d, double{steep_share})))) << i;
+  bits.edge_on |= laneBits(hn::Not(hn::Le(most, steepest))) << i;
+  bits.unsteady |= laneBits(hn::Gt(fastest, hn::Set(d, limits.steepest_rate))) << i;
 }
 
 // Face f's triangles as a sheet each.
-HWY_INLINE void splitFace(SheetCell& cell, const FaceBits& bits, unsigned f) {
+HWY_INLINE void splitFace(SheetCell& cell, unsigned f) {
   const unsigned g = SheetCell::second + f;
   for (std::size_t k = 0; k < 3; ++k) {
-    cell.plane[k][g] = bits.plane[k][f];
-    cell.rate[k][g] = bits.rate[k][f];
-    cell.side[k][f] = cell.side[k][g] = 0.0F;
+    cell.plane[k][g] = cell.plane[k][f] + cell.fold[f] * cell.side[k][f];
+    cell.rate[k][g] = cell.rate[k][f] + cell.bend[f] * cell.side[k][f];
   }
+  for (std::size_t k = 0; k < 3; ++k)
+    cell.side[k][f] = cell.side[k][g] = 0.0F;
   cell.base[g] = cell.base[f];
   cell.fold[f] = cell.bend[f] = cell.fold[g] = cell.bend[g] = 0.0F;
 }
 
-// The bits set in a byte, lowest first.
+// The bits set in a byte, lowest first, filled up with the lowest.
 struct BitLists {
   alignas(64) std::uint8_t bit[256][8] = {};
   constexpr BitLists() {
@@ -292,14 +298,16 @@ struct BitLists {
       for (unsigned k = 0; k < 8; ++k) {
         if ((byte >> k & 1U) != 0) bit[byte][n++] = static_cast<std::uint8_t>(k);
       }
+      for (; n < 8; ++n)
+        bit[byte][n] = bit[byte][0];
     }
   }
 };
 constexpr BitLists bit_lists;
 
-HWY_INLINE void listFaces(unsigned faces, std::uint8_t* out, unsigned& count) {
+HWY_INLINE unsigned listFaces(unsigned faces, std::uint8_t* out) {
   std::memcpy(out, bit_lists.bit[faces], 8);
-  count = static_cast<unsigned>(std::popcount(faces));
+  return static_cast<unsigned>(std::popcount(faces));
 }
 HWY_INLINE void addSeconds(unsigned faces, std::uint8_t* out, unsigned& count) {
   for (; faces != 0; faces &= faces - 1)
@@ -310,13 +318,16 @@ HWY_INLINE void addSeconds(unsigned faces, std::uint8_t* out, unsigned& count) {
 HWY_INLINE void sortSheets(const FacetTable& table, FacetCode code, const FaceBits& bits, SheetCell& cell) {
   const unsigned split = (bits.leaves1 ^ bits.leaves2) & table.quads;
   const unsigned gaps = split & code >> inward_shift;
-  const unsigned whole = table.faces & ~gaps;
-  listFaces(whole & ~bits.leaves1, cell.entered, cell.entered_count);
-  listFaces(whole & bits.leaves1, cell.left, cell.left_count);
+  const unsigned entered = table.faces & ~gaps & ~bits.leaves1;
+  const unsigned left = table.faces & ~gaps & bits.leaves1;
+  cell.entered_count = listFaces(entered, cell.entered);
+  cell.left_count = listFaces(left, cell.left);
+  cell.steep = (bits.steep & table.faces) * (1U + (1U << SheetCell::second));
+  cell.folded = (bits.folded & table.faces & ~split) != 0;
   cell.gap_count = 0;
   if (HWY_LIKELY(split == 0)) return;
   for (unsigned rest = split; rest != 0; rest &= rest - 1)
-    splitFace(cell, bits, static_cast<unsigned>(std::countr_zero(rest)));
+    splitFace(cell, static_cast<unsigned>(std::countr_zero(rest)));
   addSeconds(split & ~gaps & ~bits.leaves2, cell.entered, cell.entered_count);
   addSeconds(split & ~gaps & bits.leaves2, cell.left, cell.left_count);
   for (unsigned rest = gaps; rest != 0; rest &= rest - 1) {
@@ -335,26 +346,21 @@ HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::Cel
   const float far = batch.hi[SheetBatch::depth][i];
   if (HWY_UNLIKELY(code == not_of_planes || (!frame.parallel && !(near > 0.0F)))) return;
   cell.blocks = {batch.block_x0[i], batch.block_y0[i], batch.block_x1[i], batch.block_y1[i]};
+  cell.look = {view.screen->pieces().data(), batch.first_piece[i], batch.last_piece[i], batch.lo[SheetBatch::scalar][i],
+               batch.hi[SheetBatch::scalar][i]};
+  // Where the rounding of a rate moves the scalar noticeably, it takes full care.
+  constexpr double float_rounding = 4e-7, noticeable = 0.02;
+  const FaceLimits limits{2.0 / double{near + far}, double{cell.look.hi - cell.look.lo} * noticeable /
+                                                        (float_rounding * (frame.parallel ? 1.0 : double{far}))};
   const CornerSet corners(batch.at[i]);
   const FacetTable& table = frame.tables[static_cast<std::size_t>(type)];
   FaceBits bits;
   for (std::size_t k = 0; k < faces_most; k += hn::Lanes(DD()))
-    setFaces(frame, corners, table, code, 2.0 / double{near + far}, k, cell, bits);
+    setFaces(frame, corners, table, code, limits, k, cell, bits);
   if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return;
   sortSheets(table, code, bits, cell);
   if (HWY_UNLIKELY(cell.entered_count == 0 || cell.left_count == 0)) return;
-  cell.look = {view.screen->pieces().data(), batch.first_piece[i], batch.last_piece[i], batch.lo[SheetBatch::scalar][i],
-               batch.hi[SheetBatch::scalar][i]};
-  // The rounding of a rate, as a scalar.
-  constexpr float float_rounding = 4e-7F;
-  const float steep = float_rounding * (frame.parallel ? 1.0F : far);
-  const DH dh;
-  auto unsteady = hn::MaskFromVec(hn::Zero(dh));
-  for (std::size_t k = 0; k < faces_most; k += hn::Lanes(dh)) {
-    unsteady = hn::Or(unsteady, hn::Gt(hn::Mul(hn::Load(dh, bits.steep + k), hn::Set(dh, steep)),
-                                       hn::Set(dh, 0.02F * (cell.look.hi - cell.look.lo))));
-  }
-  cell.care = cell.look.care((far - near) * view.longest, hn::AllFalse(dh, unsteady));
+  cell.care = cell.look.care((far - near) * view.longest, (bits.unsteady & table.faces) == 0);
 }
 
 HWY_INLINE mesh::Id cellOf(const sort::Order& order, Entry entry) {
