@@ -69,7 +69,8 @@ struct SheetBatch {
 
 // The fragments of one cell on one tile before they are shaded, vector by vector.
 struct SheetCoverage {
-  static constexpr std::size_t width = 4;  // arrays of a vector: where its rays enter and leave, and by which sheets
+  // Arrays of a vector: where its rays enter and leave, by which sheets, and, of a folded cell, e on these.
+  static constexpr std::size_t width = 6;
   alignas(64) float vector[width * tile_pixels];
   std::uint32_t pixel[tile_pixels + 1];  // index of the vector's first pixel
 };

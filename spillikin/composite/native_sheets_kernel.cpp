@@ -32,10 +32,12 @@ HWY_INLINE VF formAt(const float* x_form, const float* y_form, const float* form
   return hn::MulAdd(hn::Set(d, *x_form), x, hn::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
 }
 
-// One end of the intervals of a vector of rays: how near, and on which sheet.
+// One end of the intervals of a vector of rays: how near, on which sheet, and, if that is folded, on which side of the
+// diagonal.
 struct End {
   VF z;
   VS sheet;
+  VF side;
 };
 
 HWY_INLINE VF sideOf(const SheetCell& cell, std::size_t k, VF x, VF y) {
@@ -45,14 +47,18 @@ HWY_INLINE VF sideOf(const SheetCell& cell, std::size_t k, VF x, VF y) {
 template <bool Folded>
 HWY_INLINE End onSheet(const SheetCell& cell, std::size_t k, VF x, VF y) {
   const DF d;
-  VF z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
-  if constexpr (Folded) z = hn::MulAdd(hn::Set(d, cell.fold[k]), sideOf(cell, k, x, y), z);
-  return {z, hn::Set(DS(), static_cast<std::int32_t>(k))};
+  const VF z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
+  const VS sheet = hn::Set(DS(), static_cast<std::int32_t>(k));
+  if constexpr (!Folded) return {z, sheet, z};
+  const VF side = sideOf(cell, k, x, y);
+  return {hn::MulAdd(hn::Set(d, cell.fold[k]), side, z), sheet, side};
 }
 
+template <bool Folded>
 HWY_INLINE void take(End& end, const End& other, hn::Mask<DF> where) {
   end.z = hn::IfThenElse(where, other.z, end.z);
   end.sheet = hn::IfThenElse(hn::RebindMask(DS(), where), other.sheet, end.sheet);
+  if constexpr (Folded) end.side = hn::IfThenElse(where, other.side, end.side);
 }
 
 struct Interval {
@@ -66,12 +72,12 @@ HWY_INLINE Interval intervalOf(const SheetCell& cell, VF x, VF y) {
   const unsigned entered = Sheets > 0 ? Sheets : cell.entered_count;
   for (unsigned k = 1; k < entered; ++k) {
     const End other = onSheet<Folded>(cell, cell.entered[k], x, y);
-    take(in.near, other, hn::Lt(other.z, in.near.z));
+    take<Folded>(in.near, other, hn::Lt(other.z, in.near.z));
   }
   const unsigned left = Sheets > 0 ? Sheets : cell.left_count;
   for (unsigned k = 1; k < left; ++k) {
     const End other = onSheet<Folded>(cell, cell.left[k], x, y);
-    take(in.far, other, hn::Gt(other.z, in.far.z));
+    take<Folded>(in.far, other, hn::Gt(other.z, in.far.z));
   }
   return in;
 }
@@ -101,8 +107,8 @@ HWY_INLINE Limits limitsOf(const Pixels& pixels, std::span<const WholeCell::Boun
 HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap, const Limits& limits,
                                  VF x, VF y, Interval& in) {
   const DF d;
-  const End out = onSheet<false>(cell, gap.leaves, x, y);
-  const End again = onSheet<false>(cell, gap.enters, x, y);
+  const End out = onSheet<true>(cell, gap.leaves, x, y);
+  const End again = onSheet<true>(cell, gap.enters, x, y);
   const auto open = hn::And(hn::Gt(in.near.z, in.far.z), hn::Gt(out.z, again.z));
   const auto some = [&](VF near, VF far) HWY_ATTR {
     const VF least = hn::MulAdd(hn::Max(near, hn::Zero(d)), hn::Set(d, solid_share * view.overlap_slope),
@@ -111,8 +117,8 @@ HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, Sh
   };
   const auto before = some(in.near.z, hn::Max(out.z, in.far.z));
   const auto behind = some(hn::Min(again.z, in.near.z), in.far.z);
-  take(in.far, out, hn::And(open, hn::AndNot(behind, hn::Gt(out.z, in.far.z))));
-  take(in.near, again, hn::And(open, hn::And(behind, hn::AndNot(before, hn::Lt(again.z, in.near.z)))));
+  take<true>(in.far, out, hn::And(open, hn::AndNot(behind, hn::Gt(out.z, in.far.z))));
+  take<true>(in.near, again, hn::And(open, hn::And(behind, hn::AndNot(before, hn::Lt(again.z, in.near.z)))));
   return hn::And(open, hn::And(before, behind));
 }
 
@@ -168,6 +174,10 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
       hn::Store(in.far.z, d, out + lanes);
       hn::Store(hn::BitCast(d, in.near.sheet), d, out + 2 * lanes);
       hn::Store(hn::BitCast(d, in.far.sheet), d, out + 3 * lanes);
+      if constexpr (Folded) {
+        hn::Store(in.near.side, d, out + 4 * lanes);
+        hn::Store(in.far.side, d, out + 5 * lanes);
+      }
       c.out.pixel[n] = static_cast<std::uint32_t>(first);
       // No branch on what is as good as random: an empty vector's place is taken by the next one.
       const bool some = !hn::AllFalse(d, hn::Gt(in.near.z, in.far.z));
@@ -219,18 +229,21 @@ class SheetRays {
         side_x_(cell.side[0]),
         side_y_(cell.side[1]),
         side_t_(cell.side[2]),
+        folded_(cell.folded),
         anchor_(hn::Set(DF(), anchor)),
         z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
 
   HWY_INLINE VF depth(VF z) const { return Parallel ? hn::Sub(z0_, z) : reciprocal(hn::Add(z, z0_)); }
 
   // Relative to the anchor.
-  HWY_INLINE VF scalar(VS sheet, VF depth, VF x, VF y) const {
-    const VF form = hn::MulAdd(side_x_(sheet), x, hn::MulAdd(side_y_(sheet), y, side_t_(sheet)));
-    const VF side = hn::Max(form, hn::Zero(DF()));
+  HWY_INLINE VF scalar(VS sheet, VF side, VF depth, VF x, VF y) const {
     const VF rate = hn::MulAdd(x_(sheet), x, hn::MulAdd(y_(sheet), y, hn::MulAdd(bend_(sheet), side, t_(sheet))));
     const VF base = hn::Sub(base_(sheet), anchor_);
     return Parallel ? hn::Add(rate, base) : hn::MulAdd(rate, depth, base);
+  }
+  HWY_INLINE VF side(VS sheet, VF x, VF y) const {
+    const VF form = hn::MulAdd(side_x_(sheet), x, hn::MulAdd(side_y_(sheet), y, side_t_(sheet)));
+    return hn::Max(form, hn::Zero(DF()));
   }
 
   // Lanes that are not inside get no length and harmless values. `limits` as far as Clipped, which then trims near, far
@@ -245,8 +258,18 @@ class SheetRays {
     far = hn::IfThenElseZero(inside, far);
     VF begin = depth(near), end = depth(far);
     const std::size_t lanes = hn::Lanes(d);
-    VF front = scalar(hn::BitCast(DS(), hn::Load(d, covered + 2 * lanes)), begin, x, y);
-    VF back = scalar(hn::BitCast(DS(), hn::Load(d, covered + 3 * lanes)), end, x, y);
+    const VS near_sheet = hn::BitCast(DS(), hn::Load(d, covered + 2 * lanes));
+    const VS far_sheet = hn::BitCast(DS(), hn::Load(d, covered + 3 * lanes));
+    VF near_side, far_side;
+    if (folded_) {
+      near_side = hn::Load(d, covered + 4 * lanes);
+      far_side = hn::Load(d, covered + 5 * lanes);
+    } else {
+      near_side = side(near_sheet, x, y);
+      far_side = side(far_sheet, x, y);
+    }
+    VF front = scalar(near_sheet, near_side, begin, x, y);
+    VF back = scalar(far_sheet, far_side, end, x, y);
     if constexpr (Clipped) {
       const Limits limits = limitsOf(pixels, bounds, first, x, y);
       near = hn::Min(near, limits.near);
@@ -273,16 +296,18 @@ class SheetRays {
 
  private:
   PerSheet base_, x_, y_, t_, bend_, side_x_, side_y_, side_t_;
+  bool folded_;
   VF anchor_, z0_;
 };
 
 // Most cells have three or four sheets on either side.
 HWY_INLINE std::size_t coverAny(const Cover& c) {
-  if (c.cell.gap_count > 0 || c.cell.steep != 0) return coverSheets<true, true, 0>(c);
+  if (c.cell.gap_count > 0 || c.cell.steep != 0)
+    return c.cell.folded ? coverSheets<true, true, 0>(c) : coverSheets<true, false, 0>(c);
   const unsigned most = std::max(c.cell.entered_count, c.cell.left_count);
   if (most <= 3) return c.cell.folded ? coverSheets<false, true, 3>(c) : coverSheets<false, false, 3>(c);
   if (most == 4) return c.cell.folded ? coverSheets<false, true, 4>(c) : coverSheets<false, false, 4>(c);
-  return coverSheets<false, true, 0>(c);
+  return c.cell.folded ? coverSheets<false, true, 0>(c) : coverSheets<false, false, 0>(c);
 }
 
 struct Painting {
