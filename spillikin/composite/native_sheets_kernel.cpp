@@ -87,10 +87,14 @@ struct Limits {
   VF near, far;
 };
 
-HWY_INLINE Limits limitsOf(const Pixels& pixels, std::span<const WholeCell::Bound> bounds, std::size_t first, VF x,
-                           VF y) {
+HWY_INLINE Limits limitsOf(const TileView& view, const Pixels& pixels, std::span<const WholeCell::Bound> bounds,
+                           std::size_t first, VF x, VF y) {
   const DF d;
-  Limits limits{hn::Load(d, pixels.clip_near.data() + first), hn::Load(d, pixels.clip_far.data() + first)};
+  const VF none = hn::Set(d, std::numeric_limits<float>::infinity());
+  Limits limits{none, hn::Neg(none)};
+  if (view.clipped) {
+    limits = {hn::Load(d, pixels.clip_near.data() + first), hn::Load(d, pixels.clip_far.data() + first)};
+  }
   for (const WholeCell::Bound& bound : bounds) {
     const VF z = formAt(&bound.nearness[0], &bound.nearness[1], &bound.nearness[2], x, y);
     if (bound.entry) {
@@ -158,7 +162,7 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
       const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
       Interval in = intervalOf<Folded, Sheets>(c.cell, x, y);
       if constexpr (Careful) {
-        const Limits limits = limitsOf(c.pixels, c.bounds, first, x, y);
+        const Limits limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
         auto hard = hn::MaskFromVec(hn::Zero(d));
         for (unsigned k = 0; k < c.cell.gap_count; ++k)
           hard = hn::Or(hard, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
@@ -221,7 +225,8 @@ template <bool Parallel>
 class SheetRays {
  public:
   SheetRays(const TileView& view, const SheetCell& cell, float anchor)
-      : base_(cell.base),
+      : view_(view),
+        base_(cell.base),
         x_(cell.rate[0]),
         y_(cell.rate[1]),
         t_(cell.rate[2]),
@@ -271,7 +276,7 @@ class SheetRays {
     VF front = scalar(near_sheet, near_side, begin, x, y);
     VF back = scalar(far_sheet, far_side, end, x, y);
     if constexpr (Clipped) {
-      const Limits limits = limitsOf(pixels, bounds, first, x, y);
+      const Limits limits = limitsOf(view_, pixels, bounds, first, x, y);
       near = hn::Min(near, limits.near);
       far = hn::Max(far, limits.far);
       inside = hn::And(inside, hn::Gt(near, far));
@@ -295,6 +300,7 @@ class SheetRays {
   }
 
  private:
+  const TileView& view_;
   PerSheet base_, x_, y_, t_, bend_, side_x_, side_y_, side_t_;
   bool folded_;
   VF anchor_, z0_;
@@ -366,19 +372,20 @@ std::size_t shadeSheetsAs(const Painting& p, Pixels& pixels) {
 }
 
 // The planes of a piece; false where one is seen edge-on or there are too many.
-HWY_INLINE bool setBounds(const TileView& view, Entry entry, std::vector<WholeCell::Bound>& bounds) {
+HWY_INLINE bool setBounds(const TileView& view, const TileRays& tile, Entry entry,
+                          std::vector<WholeCell::Bound>& bounds) {
   bounds.clear();
   if (HWY_LIKELY(!entry.cut())) return true;
   for (const sort::HalfSpace& keep : view.screen->frame().order.cuts[entry.index()].keep) {
-    if (!setBound(view, keep, bounds.emplace_back())) return false;
+    if (!setBound(view, tile, keep, bounds.emplace_back())) return false;
   }
   return true;
 }
 
 // One cell's vectors, or nothing where it is handed back.
-HWY_INLINE std::size_t coverOne(const TileView& view, Entry entry, const SheetCell& cell, const Pixels& pixels,
-                                SheetScratch& scratch) {
-  if (HWY_UNLIKELY(cell.care == Care::edge_on || !setBounds(view, entry, scratch.bounds))) {
+HWY_INLINE std::size_t coverOne(const TileView& view, const TileRays& tile, Entry entry, const SheetCell& cell,
+                                const Pixels& pixels, SheetScratch& scratch) {
+  if (HWY_UNLIKELY(cell.care == Care::edge_on || !setBounds(view, tile, entry, scratch.bounds))) {
     view.hand_back.take(view.hand_back.self, entry);
     return 0;
   }
@@ -396,13 +403,14 @@ constexpr std::size_t batches_between_looks = 4;
 
 std::size_t sheets(const TileView& view, std::span<const Entry> entries, Pixels& pixels, SheetScratch& scratch) {
   const bool parallel = view.screen->parallel();
+  const TileRays tile(view);
   std::size_t fragments = 0;
   for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
     setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const SheetCell& cell = scratch.batch.cell[i];
-      const std::size_t n = coverOne(view, cells[i], cell, pixels, scratch);
+      const std::size_t n = coverOne(view, tile, cells[i], cell, pixels, scratch);
       if (n == 0) continue;
       const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
       const bool clipped = view.clipped || !scratch.bounds.empty();
@@ -465,12 +473,13 @@ bool sheetFragments(const TileView& view, std::span<const Entry> entries, const 
     const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
     pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
   }
+  const TileRays tile(view);
   for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
     setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const SheetCell& cell = scratch.batch.cell[i];
-      const std::size_t n = coverOne(view, cells[i], cell, pixels, scratch);
+      const std::size_t n = coverOne(view, tile, cells[i], cell, pixels, scratch);
       if (n == 0) continue;
       const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
       if (view.screen->parallel()) {

@@ -72,19 +72,23 @@ void setPlanes(const TileView& view, const CellShape::Triangle& t, WholeCell::Tr
 
 }  // namespace
 
+TileRays::TileRays(const TileView& view) {
+  const project::Camera& camera = view.screen->frame().camera;
+  const bool parallel = view.screen->parallel();
+  origin = parallel ? camera.origin(view.x0, view.y0) : camera.origin0();
+  along = parallel ? camera.direction0() : camera.direction(view.x0, view.y0);
+  dx = parallel ? camera.originDx() : camera.directionDx();
+  dy = parallel ? camera.originDy() : camera.directionDy();
+}
+
 // A half-space on the ray of a pixel is at + slope * depth >= 0. In perspective the first is constant and the second
 // linear in the pixel, in a parallel view the other way round; either way the plane's nearness is linear. Both pieces
 // at a cut have the same plane, to the bit.
-bool setBound(const TileView& view, const sort::HalfSpace& keep, WholeCell::Bound& out) {
-  const project::Camera& camera = view.screen->frame().camera;
+bool setBound(const TileView& view, const TileRays& rays, const sort::HalfSpace& keep, WholeCell::Bound& out) {
   const Depths& depths = view.screen->depths();
-  const Vec3 along = depths.parallel ? camera.direction0() : camera.direction(view.x0, view.y0);
-  const Vec3 corner = depths.parallel ? camera.origin(view.x0, view.y0) : camera.origin0();
-  const double at = glm::dot(keep.normal, corner) + keep.offset;
-  const double slope = glm::dot(keep.normal, along);
-  const Vec3 dx = depths.parallel ? camera.originDx() : camera.directionDx();
-  const Vec3 dy = depths.parallel ? camera.originDy() : camera.directionDy();
-  const Vec3 form(glm::dot(keep.normal, dx), glm::dot(keep.normal, dy), depths.parallel ? at : slope);
+  const double at = glm::dot(keep.normal, rays.origin) + keep.offset;
+  const double slope = glm::dot(keep.normal, rays.along);
+  const Vec3 form(glm::dot(keep.normal, rays.dx), glm::dot(keep.normal, rays.dy), depths.parallel ? at : slope);
   const double pivot = depths.parallel ? slope : -at;
   // Edge-on as a cell's own faces would be.
   const double steepest = view.steepest * (view.relative ? view.nearness_scale : 1.0);
@@ -102,8 +106,10 @@ bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, Wh
   if (triangles.size() > WholeCell::max_triangles) return false;
   out.bound_count = 0;
   if (shape.keep() != nullptr) {
+    const TileRays rays(view);
     for (const sort::HalfSpace& keep : *shape.keep()) {
-      if (out.bound_count == WholeCell::max_limits || !setBound(view, keep, out.bound[out.bound_count])) return false;
+      if (out.bound_count == WholeCell::max_limits || !setBound(view, rays, keep, out.bound[out.bound_count]))
+        return false;
       ++out.bound_count;
     }
   }

@@ -50,7 +50,15 @@ struct WholeCell {
 // many faces or is cut by a plane seen edge-on: it must be painted pixel by pixel.
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out);
 
+// The rays of a tile as a half-space sees them: origin and direction at the tile's corner, and how they go on from
+// there.
+struct TileRays {
+  Vec3 origin, along;
+  Vec3 dx, dy;  // of the direction, or, in a parallel view, of the origin
+  explicit TileRays(const TileView& view);
+};
+
 // The plane of a half-space that a piece of a cell is limited to. False where it is seen edge-on.
-bool setBound(const TileView& view, const sort::HalfSpace& keep, WholeCell::Bound& out);
+bool setBound(const TileView& view, const TileRays& rays, const sort::HalfSpace& keep, WholeCell::Bound& out);
 
 }  // namespace spillikin::composite::native
