@@ -111,8 +111,10 @@ HWY_INLINE Limits limitsOf(const TileView& view, const Pixels& pixels, std::span
 HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap, const Limits& limits,
                                  VF x, VF y, Interval& in) {
   const DF d;
-  const End out = onSheet<true>(cell, gap.leaves, x, y);
-  const End again = onSheet<true>(cell, gap.enters, x, y);
+  // Both are one triangle each.
+  End out = onSheet<false>(cell, gap.leaves, x, y);
+  End again = onSheet<false>(cell, gap.enters, x, y);
+  out.side = again.side = hn::Zero(d);
   const auto open = hn::And(hn::Gt(in.near.z, in.far.z), hn::Gt(out.z, again.z));
   const auto some = [&](VF near, VF far) HWY_ATTR {
     const VF least = hn::MulAdd(hn::Max(near, hn::Zero(d)), hn::Set(d, solid_share * view.overlap_slope),
@@ -308,9 +310,11 @@ class SheetRays {
 
 // Most cells have three or four sheets on either side.
 HWY_INLINE std::size_t coverAny(const Cover& c) {
-  if (c.cell.gap_count > 0 || c.cell.steep != 0)
-    return c.cell.folded ? coverSheets<true, true, 0>(c) : coverSheets<true, false, 0>(c);
   const unsigned most = std::max(c.cell.entered_count, c.cell.left_count);
+  if (c.cell.gap_count > 0 || c.cell.steep != 0) {
+    if (!c.cell.folded) return coverSheets<true, false, 0>(c);
+    return most <= 4 ? coverSheets<true, true, 4>(c) : coverSheets<true, true, 0>(c);
+  }
   if (most <= 3) return c.cell.folded ? coverSheets<false, true, 3>(c) : coverSheets<false, false, 3>(c);
   if (most == 4) return c.cell.folded ? coverSheets<false, true, 4>(c) : coverSheets<false, false, 4>(c);
   return c.cell.folded ? coverSheets<false, true, 0>(c) : coverSheets<false, false, 0>(c);
