@@ -49,6 +49,9 @@ struct FrameStats {
 class Compositor {
  public:
   virtual ~Compositor() = default;
+  // Does what of a frame needs no order, so that it may run while the order is still being made: everything but
+  // frame.order is read. Not needed; if called, draw() must be next, with the very same frame.
+  virtual void prepare(const Frame& /*frame*/) {}
   // `image` takes the camera's size. Throws Error when the device cannot hold the image.
   virtual FrameStats draw(const Frame& frame, Image& image) = 0;
   virtual Backend backend() const = 0;

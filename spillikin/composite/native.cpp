@@ -30,19 +30,35 @@ std::size_t maxEntries(std::size_t cells) {
 
 class Native final : public Compositor {
  public:
+  void prepare(const Frame& frame) override;
   FrameStats draw(const Frame& frame, Image& image) override;
   Backend backend() const override { return Backend::native; }
   // The tolerance is a share of the range of nearness, at the far end of which a depth is up to four times as long.
   double certificateGrain() const override { return 4.0 * overlap_tolerance * double{solid_share}; }
 
  private:
+  static constexpr int region_step = max_region_tiles * tile_size;
   void drawRegion(const Box& region, Image& image, FrameStats& stats);
   void drawTiles(const Box& region, Image& image, FrameStats& stats);
 
   Screen screen_;
   Bins bins_;
+  bool prepared_ = false;
+  double prepare_seconds_ = 0.0;
   tbb::enumerable_thread_specific<std::unique_ptr<TilePainter>> painters_;
 };
+
+void Native::prepare(const Frame& frame) {
+  const auto start = Clock::now();
+  screen_.set(frame);
+  // An image of one region has its cells' tiles found here already.
+  const int width = frame.camera.width();
+  const int height = frame.camera.height();
+  bins_.forgetBoxes();
+  if (width <= region_step && height <= region_step) bins_.findBoxes(screen_, {0, 0, width, height});
+  prepared_ = true;
+  prepare_seconds_ = secondsSince(start);
+}
 
 FrameStats Native::draw(const Frame& frame, Image& image) {
   if (frame.integration != Integration::exact) {
@@ -53,14 +69,13 @@ FrameStats Native::draw(const Frame& frame, Image& image) {
   image.width = width;
   image.height = height;
   image.rgba.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+  if (!prepared_) prepare(frame);
+  prepared_ = false;
   FrameStats stats;
-  const auto start = Clock::now();
-  screen_.set(frame);
-  stats.project_seconds = secondsSince(start);
-  constexpr int step = max_region_tiles * tile_size;
-  for (int y = 0; y < height; y += step) {
-    for (int x = 0; x < width; x += step) {
-      drawRegion({x, y, std::min(x + step, width), std::min(y + step, height)}, image, stats);
+  stats.project_seconds = prepare_seconds_;
+  for (int y = 0; y < height; y += region_step) {
+    for (int x = 0; x < width; x += region_step) {
+      drawRegion({x, y, std::min(x + region_step, width), std::min(y + region_step, height)}, image, stats);
     }
   }
   stats.certified = stats.unresolved == 0;

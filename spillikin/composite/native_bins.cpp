@@ -24,7 +24,7 @@ bool Bins::fill(const Screen& screen, const Box& region, std::size_t max_entries
   rows_ = (region.y1 - region.y0 + tile_size - 1) / tile_size;
   const std::size_t cells = screen.frame().order.cells.size();
   chunks_ = std::clamp<std::size_t>((cells + chunk_cells - 1) / chunk_cells, 1, max_chunks);
-  findBoxes(screen, region);
+  if (!(boxes_found_ == region)) findBoxes(screen, region);
   count(screen);
   if (!layOut(max_entries)) return false;
   place(screen);
@@ -62,6 +62,7 @@ void Bins::findBoxes(const Screen& screen, const Box& region) {
       if (!hidden.empty() && hidden[c] != 0) boxes_[c] = no_tiles;
     }
   });
+  boxes_found_ = region;
 }
 
 // The order is back to front and the lists are front to back: chunk 0 is the nearest.

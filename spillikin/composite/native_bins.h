@@ -40,6 +40,10 @@ class Bins {
   // lists do not depend on the threads.
   bool fill(const Screen& screen, const Box& region, std::size_t max_entries);
 
+  // The part of it that needs no order, done beforehand if the next region to be filled is known.
+  void findBoxes(const Screen& screen, const Box& region);
+  void forgetBoxes() { boxes_found_ = {}; }
+
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   std::size_t tile_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
@@ -50,7 +54,6 @@ class Bins {
   std::size_t bytes() const;
 
  private:
-  void findBoxes(const Screen& screen, const Box& region);
   TileBox boxOf(const Screen& screen, mesh::Id cell, const Box& region) const;
   void count(const Screen& screen);
   bool layOut(std::size_t max_entries);
@@ -63,6 +66,7 @@ class Bins {
 
   int columns_ = 0, rows_ = 0;
   std::size_t chunks_ = 0;
+  Box boxes_found_;                    // the region that boxes_ is of, empty for none
   std::vector<TileBox> boxes_;         // per cell
   std::vector<std::uint32_t> counts_;  // per chunk and tile; while placing, where the next entry goes
   std::vector<std::size_t> offset_;    // per tile + 1

@@ -19,6 +19,7 @@ struct Span {
 struct Box {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   bool empty() const { return x0 >= x1 || y0 >= y1; }
+  bool operator==(const Box&) const = default;
 };
 
 // Prepared for one cell, asked for many rays. Reused, it stops allocating.
