@@ -1,8 +1,8 @@
 // Every visibility sort on every mesh given, from random viewpoints outside and inside: what it costs beside MPVO, and
 // on how many rays of a grid over the image two cells come in the wrong order.
 //   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--strict] MESH...
-// A MESH is a file, a folder of files, or made: grid:N shell:N tori:N ring:N delaunay:N. With --strict the exit code
-// is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
+// A MESH is a file, a folder of files, or made: grid:N curved:N shell:N tori:N ring:N delaunay:N. With --strict the
+// exit code is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -54,12 +54,13 @@ mesh::Source made(const std::string& name) {
   std::from_chars(name.data() + colon + 1, name.data() + name.size(), n);
   const std::string kind = name.substr(0, colon);
   if (kind == "grid") return tests::tetrahedronGrid(n, 0.18, 1);
+  if (kind == "curved") return tests::hexahedronGrid(n, 0.15, 1);
   if (kind == "shell") return tests::shell(n);
   if (kind == "tori") return tests::interlockedTori(n);
   if (kind == "ring") return tests::twistedRing(n, 0.5);
   if (kind == "delaunay") return tests::delaunayCube(n, 1);
-  throw Error(
-      fmt::format("no mesh is called '{}'; the made ones are grid:N, shell:N, tori:N, ring:N, delaunay:N", name));
+  throw Error(fmt::format(
+      "no mesh is called '{}'; the made ones are grid:N, curved:N, shell:N, tori:N, ring:N, delaunay:N", name));
 }
 
 mesh::Source load(const std::string& name) {

@@ -59,16 +59,33 @@ std::uint32_t indexOf(std::span<const mesh::Id> ascending, mesh::Id cell) {
 }  // namespace
 
 CycleCutter::CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps,
-                         ProblemCells& problems)
-    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), gaps_(gaps), problems_(problems) {}
+                         ProblemCells& problems, const PartedCells* parted)
+    : mesh_(mesh), signs_(signs), viewpoint_(viewpoint), gaps_(gaps), problems_(problems), parted_(parted) {}
 
 bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) {
-  if (component.size() == 2 && cutPair(component[0], component[1], order)) return true;
   pieces_.clear();
   edges_.clear();
+  gather(component);
+  findTolerance();
+  cuts_left_ = most_cuts * component.size() + 16;
+  large_rounds_ = 0;
+  makePieces();
+  faceEdges();
+  partEdges();
+  if (gaps_ != nullptr) gapEdges();
+  Nodes nodes(pieces_.size());
+  std::iota(nodes.begin(), nodes.end(), 0U);
+  Edges edges(edges_.size());
+  for (std::uint32_t e = 0; e < edges.size(); ++e)
+    edges[e] = e;
+  return resolve(std::move(nodes), std::move(edges), order);
+}
+
+// From the extent of the component.
+void CycleCutter::findTolerance() {
   Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
   double largest = 0.0;
-  for (const mesh::Id cell : component) {
+  for (const auto& [cell, node] : by_cell_) {
     for (const mesh::Id v : mesh_.vertices(cell)) {
       for (int k = 0; k < 3; ++k) {
         lower[k] = std::min(lower[k], mesh_.points[v][k]);
@@ -79,77 +96,38 @@ bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) 
   }
   constexpr double rounding = 1e-14;  // of coordinates, through a plane's offset
   tolerance_ = std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
-  cuts_left_ = most_cuts * component.size() + 16;
-  large_rounds_ = 0;
-  makePieces(component);
-  faceEdges(component);
-  if (gaps_ != nullptr) gapEdges(component);
-  Nodes nodes(pieces_.size());
-  std::iota(nodes.begin(), nodes.end(), 0U);
-  Edges edges(edges_.size());
-  for (std::uint32_t e = 0; e < edges.size(); ++e)
-    edges[e] = e;
-  return resolve(std::move(nodes), std::move(edges), order);
 }
 
-// Two cells whose only relation is one problem face, the most frequent cycle by far. Rays leave the problem cell P
-// through the triangle S, cross the other cell B and enter P again through T; S lies on the viewpoint's side of the
-// plane of T, which every ray crosses once. So the part of P beyond that plane comes first, then B, then the rest of P,
-// which B touches in S alone. False when the two have more to do with each other.
-bool CycleCutter::cutPair(mesh::Id a, mesh::Id b, Order& order) const {
-  if (problems_.subdivides()) return false;
-  mesh::Id shared = mesh::none;
-  for (const mesh::FaceUse use : mesh_.faces(a)) {
-    if (mesh_.neighbour(use) != b) continue;
-    if (shared != mesh::none) return false;
-    shared = use.face();
-  }
-  if (shared == mesh::none || shared < mesh_.triangle_count()) return false;
-  if (gaps_ != nullptr) {
-    const auto after_a = gaps_->edges.after(a), after_b = gaps_->edges.after(b);
-    if (std::count(after_a.begin(), after_a.end(), b) + std::count(after_b.begin(), after_b.end(), a) > 0) return false;
-  }
-  const auto& q = mesh_.quad[shared - mesh_.triangle_count()];
-  const int first = signs_.sign(signs_.firstHalf(shared)), second = signs_.sign(signs_.secondHalf(shared));
-  const int valley = mesh::orient3d(mesh_.points[q[0]], mesh_.points[q[1]], mesh_.points[q[2]], mesh_.points[q[3]]);
-  if (first * second >= 0 || valley == 0) return false;
-  const auto [inside, outside] = mesh_.cells(shared);
-  const bool first_is_t = first == valley;  // the viewpoint lies on the outer side of T, seen from P
-  const Vec3 &origin = mesh_.points[q[0]], &u = mesh_.points[first_is_t ? q[1] : q[2]],
-             &w = mesh_.points[first_is_t ? q[2] : q[3]];
-  const Vec3 n = cross(u - origin, w - origin) * static_cast<double>(valley);
-  const double length = std::sqrt(dot(n, n));
-  if (!(length > 0.0)) return false;
-  const HalfSpace near{n / length, -dot(n / length, origin)};
-  const mesh::Id problem = valley > 0 ? inside : outside, other = valley > 0 ? outside : inside;
-  const auto list = [&order](mesh::Id cell) {
-    order.cells.push_back(cell);
-    order.layer_offset.push_back(static_cast<std::uint32_t>(order.cells.size()));
-  };
-  order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), {opposite(near)}});
-  list(problem);
-  list(other);
-  order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), {near}});
-  list(problem);
-  return true;
+// The nodes of each cell together.
+void CycleCutter::gather(std::span<const mesh::Id> nodes) {
+  by_cell_.clear();
+  for (const mesh::Id node : nodes)
+    by_cell_.emplace_back(parted_ == nullptr ? node : parted_->cell(node), node);
+  std::sort(by_cell_.begin(), by_cell_.end());
 }
 
-// A piece for every cell, or one for every tetrahedron of a cell that is subdivided.
-void CycleCutter::makePieces(std::span<const mesh::Id> component) {
+// A piece for every node, or one for every tetrahedron of a cell that is subdivided.
+void CycleCutter::makePieces() {
+  cells_.clear();
   first_piece_.clear();
-  for (const mesh::Id cell : component) {
-    first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+  for (const auto& [cell, node] : by_cell_) {
+    if (cells_.empty() || cells_.back() != cell) {
+      cells_.push_back(cell);
+      first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
+    }
     if (problems_.subdivide(cell)) {
       makeTetrahedra(problems_[cell]);
-    } else {
-      pieces_.push_back({cell, {}});
+      continue;
     }
+    pieces_.push_back({cell, {}, node});
+    if (parted_ != nullptr) parted_->keep(node, pieces_.back().keep);
   }
+  first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
 }
 
 void CycleCutter::makeTetrahedra(const mesh::SubdividedCell& cell) {
   const auto first = static_cast<std::uint32_t>(pieces_.size());
-  pieces_.resize(pieces_.size() + cell.tetrahedra.size(), {cell.parent, {}});
+  pieces_.resize(pieces_.size() + cell.tetrahedra.size(), {cell.parent, {}, mesh::none});
   for (const mesh::InnerFace& face : cell.inner) {
     const Vec3 &a = mesh_.points[face.vertex[0]], &b = mesh_.points[face.vertex[1]], &c = mesh_.points[face.vertex[2]];
     const std::uint32_t behind = first + face.tetrahedron[0], beyond = first + face.tetrahedron[1];
@@ -188,82 +166,134 @@ void CycleCutter::keepInside(const mesh::SubdividedCell& cell, std::size_t tetra
   }
 }
 
-// The piece of a cell of the component that has triangle `triangle` of its surface.
-std::uint32_t CycleCutter::pieceAt(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t triangle) const {
-  const std::uint32_t first = first_piece_[i];
-  const std::size_t last = i + 1 < first_piece_.size() ? first_piece_[i + 1] : pieces_.size();
-  return last - first == 1 ? first : first + problems_[component[i]].outer[triangle];
+// Calls f(piece, polygon) for the pieces of cell i that a triangle of its surface bounds, and what of it does.
+template <class F>
+void CycleCutter::forEachPieceAt(std::uint32_t i, const Half& half, const Polygon& polygon, const F& f) const {
+  const std::uint32_t first = first_piece_[i], last = first_piece_[i + 1];
+  if (pieces_[first].node == mesh::none) {
+    f(first + problems_[cells_[i]].outer[triangleOf(cells_[i], half)], polygon);
+    return;
+  }
+  for (std::uint32_t piece = first; piece < last; ++piece) {
+    const Polygon part = bounding(pieces_[piece], half, polygon);
+    if (!part.empty()) f(piece, part);
+  }
+}
+
+// What of a triangle of its cell bounds a part of it: of a problem face S lies on the viewpoint's side, and the cell
+// beyond T.
+CycleCutter::Polygon CycleCutter::bounding(const Piece& piece, const Half& half, Polygon polygon) const {
+  if (parted_ == nullptr) return polygon;
+  for (const PartedCells::Sliver& sliver : parted_->slivers(piece.cell)) {
+    const bool near = parted_->node(sliver) == piece.node;
+    if (sliver.face == half.face) {
+      if ((sliver.second == half.second) == near) return {};
+    } else if (side(polygon, sliver.near) != 2) {
+      polygon = clip(polygon, near ? sliver.near : opposite(sliver.near));
+    }
+    if (near || polygon.empty()) break;
+  }
+  return polygon;
 }
 
 // Where a triangular face, or a half of a quadrilateral, stands in the surface of a cell: from side 1 the halves come
 // in the opposite order.
-std::uint32_t CycleCutter::triangleOf(mesh::Id cell, mesh::Id face, bool second) const {
+std::uint32_t CycleCutter::triangleOf(mesh::Id cell, const Half& half) const {
   std::uint32_t triangle = 0;
   for (const mesh::FaceUse use : mesh_.faces(cell)) {
     const bool quad = use.face() >= mesh_.triangle_count();
-    if (use.face() == face) return triangle + (quad && second == (use.side() == 0) ? 1U : 0U);
+    if (use.face() == half.face) return triangle + (quad && half.second == (use.side() == 0) ? 1U : 0U);
     triangle += quad ? 2U : 1U;
   }
   return 0;
 }
 
-void CycleCutter::addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row,
+// The relations through one triangle between the pieces of cell i, on side 0 of it, and those of cell j.
+void CycleCutter::addHalf(std::uint32_t i, std::uint32_t j, const Half& half, std::size_t row,
                           const std::array<mesh::Id, 3>& corner) {
   const int s = signs_.sign(row);
   if (s == 0) return;
-  Polygon polygon{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]};
-  if (!seen(polygon, viewpoint_, tolerance_)) return;
-  edges_.push_back({s > 0 ? inside : outside, s > 0 ? outside : inside, std::move(polygon), {}});
+  const Polygon triangle{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]};
+  forEachPieceAt(i, half, triangle, [&](std::uint32_t inside, const Polygon& part) {
+    forEachPieceAt(j, half, part, [&](std::uint32_t outside, const Polygon& polygon) {
+      if (!seen(polygon, viewpoint_, tolerance_)) return;
+      edges_.push_back({s > 0 ? inside : outside, s > 0 ? outside : inside, polygon, {}});
+    });
+  });
 }
 
-void CycleCutter::faceEdges(std::span<const mesh::Id> component) {
-  for (std::uint32_t i = 0; i < component.size(); ++i) {
-    for (const mesh::FaceUse use : mesh_.faces(component[i])) {
+void CycleCutter::faceEdges() {
+  for (std::uint32_t i = 0; i < cells_.size(); ++i) {
+    for (const mesh::FaceUse use : mesh_.faces(cells_[i])) {
       if (use.side() != 0) continue;
       const mesh::Id other = mesh_.neighbour(use);
-      const std::uint32_t j = other == mesh::none ? unset : indexOf(component, other);
+      const std::uint32_t j = other == mesh::none ? unset : indexOf(cells_, other);
       if (j == unset) continue;
       bool second = false;
       forEachHalf(mesh_, signs_, use.face(), [&](std::size_t row, const auto& corner) {
-        addHalf(pieceAt(component, i, triangleOf(component[i], use.face(), second)),
-                pieceAt(component, j, triangleOf(other, use.face(), second)), row, corner);
+        addHalf(i, j, {use.face(), second}, row, corner);
         second = true;
       });
     }
   }
 }
 
-void CycleCutter::gapEdges(std::span<const mesh::Id> component) {
-  for (std::uint32_t i = 0; i < component.size(); ++i) {
-    for (const mesh::Id front : gaps_->edges.after(component[i])) {
-      const std::uint32_t j = indexOf(component, front);
-      if (j != unset) gapsBetween(component, i, j);
+// Across the planes between the parts of a cell.
+void CycleCutter::partEdges() {
+  if (parted_ == nullptr) return;
+  for (std::uint32_t i = 0; i < cells_.size(); ++i) {
+    for (std::uint32_t near = first_piece_[i]; near < first_piece_[i + 1]; ++near) {
+      if (pieces_[near].node < mesh_.cell_count()) continue;
+      const std::size_t plane = pieces_[near].keep.size() - 1;  // that the sliver was cut off by
+      for (std::uint32_t far = first_piece_[i]; far < first_piece_[i + 1]; ++far) {
+        if (far == near || pieces_[far].keep.size() <= plane) continue;
+        const bool beyond = pieces_[far].node < mesh_.cell_count() || pieces_[far].node > pieces_[near].node;
+        if (!beyond) continue;
+        Piece both = pieces_[near];
+        both.keep.pop_back();
+        for (std::size_t k = plane + 1; k < pieces_[far].keep.size(); ++k)
+          both.keep.push_back(pieces_[far].keep[k]);
+        for (const Polygon& polygon : section(both, pieces_[near].keep.back())) {
+          if (seen(polygon, viewpoint_, tolerance_)) edges_.push_back({far, near, polygon, {}});
+        }
+      }
     }
-    // Out of one tetrahedron of a cell and into another one of it.
-    const bool parts = first_piece_[i] + 1 < (i + 1 < first_piece_.size() ? first_piece_[i + 1] : pieces_.size());
-    if (parts) gapsBetween(component, i, i);
+  }
+}
+
+void CycleCutter::gapEdges() {
+  for (std::uint32_t i = 0; i < cells_.size(); ++i) {
+    for (const mesh::Id front : gaps_->edges.after(cells_[i])) {
+      const std::uint32_t j = indexOf(cells_, front);
+      if (j != unset) gapsBetween(i, j);
+    }
+    // Out of one part of a cell and into another one of it.
+    if (first_piece_[i] + 1 < first_piece_[i + 1]) gapsBetween(i, i);
   }
 }
 
 // Rays that leave cell j of the component, which is in front, and then enter cell i.
-void CycleCutter::gapsBetween(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t j) {
+void CycleCutter::gapsBetween(std::uint32_t i, std::uint32_t j) {
   const GapEdges& finder = gaps_->finder;
-  const auto piece = [&](std::uint32_t of, std::uint32_t exterior) {
+  const auto half = [&](std::uint32_t exterior) {
     const ExteriorTriangle& t = finder.tree().triangles()[exterior];
     const bool quad = t.face >= mesh_.triangle_count();
-    const bool second = quad && t.corner[1] != mesh_.quad[t.face - mesh_.triangle_count()][1];
-    return pieceAt(component, of, triangleOf(component[of], t.face, second));
+    return Half{t.face, quad && t.corner[1] != mesh_.quad[t.face - mesh_.triangle_count()][1]};
   };
-  for (const std::uint32_t exit : finder.trianglesOf(component[j])) {
+  for (const std::uint32_t exit : finder.trianglesOf(cells_[j])) {
     if (finder.sign(exit) >= 0) continue;
-    for (const std::uint32_t entry : finder.trianglesOf(component[i])) {
+    for (const std::uint32_t entry : finder.trianglesOf(cells_[i])) {
       if (finder.sign(entry) <= 0 || !finder.related(exit, entry, viewpoint_)) continue;
       const Triangle a = finder.tree().corners(exit), b = finder.tree().corners(entry);
       if (!seenTogether(a, b, viewpoint_, tolerance_)) continue;
-      Edge edge{piece(i, entry), piece(j, exit), {a.begin(), a.end()}, {b.begin(), b.end()}};
-      if (edge.from == edge.to) continue;
-      narrow(edge);
-      if (!edge.exit.empty()) edges_.push_back(std::move(edge));
+      forEachPieceAt(j, half(exit), {a.begin(), a.end()}, [&](std::uint32_t front, const Polygon& left) {
+        forEachPieceAt(i, half(entry), {b.begin(), b.end()}, [&](std::uint32_t behind, const Polygon& entered) {
+          Edge edge{behind, front, left, entered};
+          if (edge.from == edge.to) return;
+          narrow(edge);
+          if (!edge.exit.empty()) edges_.push_back(std::move(edge));
+        });
+      });
     }
   }
 }
@@ -532,6 +562,7 @@ CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const std::vector
       }
       if (!has_near || !has_far) continue;
       if (!best.found || crossed < best.crossed) best = {piece, plane, crossed, true};
+      if (crossed == 0) return best;
     }
   }
   return best;

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "spillikin/mesh/subdivide.h"
 #include "spillikin/mesh/subdivision_pools.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/gap_edges.h"
+#include "spillikin/sort/parted_cells.h"
 #include "spillikin/sort/problem_faces.h"
 #include "spillikin/sort/sort.h"
 
@@ -25,14 +27,14 @@ namespace spillikin::sort {
 class CycleCutter {
  public:
   // `gaps`, which may be null: rays leave the mesh and enter it again. `problems`: the problem cells of the view,
-  // which are subdivided first where that is wanted.
+  // which are subdivided first where that is wanted. `parted`, which may be null: the parts that cells are in.
   CycleCutter(const mesh::Mesh& mesh, const FaceSigns& signs, const Viewpoint& viewpoint, const Gaps* gaps,
-              ProblemCells& problems);
+              ProblemCells& problems, const PartedCells* parted);
 
-  // Appends the cells to the order, with the pieces of cut ones in order.cuts. Returns false when it gave up, as for
-  // cells that overlap, or after `most_cuts` per cell: it then ignores the relation of a cycle that is seen through the
-  // smallest window, one after the other, until there is an order; thousands of cells that stay cyclic are sorted by
-  // depth.
+  // Of cells, or of nodes of parted cells. Appends the cells to the order, with the pieces of cut ones in order.cuts.
+  // Returns false when it gave up, as for cells that overlap, or after `most_cuts` per cell: it then ignores the
+  // relation of a cycle that is seen through the smallest window, one after the other, until there is an order;
+  // thousands of cells that stay cyclic are sorted by depth.
   bool operator()(std::span<const mesh::Id> component, Order& order);
 
   static constexpr double thin = 1e-9;
@@ -43,6 +45,12 @@ class CycleCutter {
   struct Piece {
     mesh::Id cell;
     std::vector<HalfSpace> keep;
+    mesh::Id node;  // that it is (part of), none for a tetrahedron
+  };
+  // A triangular face, or half of a quadrilateral.
+  struct Half {
+    mesh::Id face;
+    bool second;
   };
   // `from` comes before `to`. Across a gap the ray enters `from` through `entry` and leaves `to` through `exit`; a
   // shared face has an `exit` alone.
@@ -63,16 +71,21 @@ class CycleCutter {
   using Nodes = std::vector<std::uint32_t>;
   using Edges = std::vector<std::uint32_t>;
 
-  bool cutPair(mesh::Id a, mesh::Id b, Order& order) const;
-  void makePieces(std::span<const mesh::Id> component);
+  void gather(std::span<const mesh::Id> nodes);
+  void findTolerance();
+  void makePieces();
   void makeTetrahedra(const mesh::SubdividedCell& cell);
   void keepInside(const mesh::SubdividedCell& cell, std::size_t tetrahedron, Piece& piece) const;
-  std::uint32_t pieceAt(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t triangle) const;
-  std::uint32_t triangleOf(mesh::Id cell, mesh::Id face, bool second) const;
-  void faceEdges(std::span<const mesh::Id> component);
-  void gapEdges(std::span<const mesh::Id> component);
-  void gapsBetween(std::span<const mesh::Id> component, std::uint32_t i, std::uint32_t j);
-  void addHalf(std::uint32_t inside, std::uint32_t outside, std::size_t row, const std::array<mesh::Id, 3>& corner);
+  template <class F>
+  void forEachPieceAt(std::uint32_t i, const Half& half, const Polygon& polygon, const F& f) const;
+  Polygon bounding(const Piece& piece, const Half& half, Polygon polygon) const;
+  std::uint32_t triangleOf(mesh::Id cell, const Half& half) const;
+  void faceEdges();
+  void partEdges();
+  void gapEdges();
+  void gapsBetween(std::uint32_t i, std::uint32_t j);
+  void addHalf(std::uint32_t i, std::uint32_t j, const Half& half, std::size_t row,
+               const std::array<mesh::Id, 3>& corner);
   void narrow(Edge& edge) const;
   bool resolve(Nodes nodes, Edges edges, Order& order);
   void dropLeast(const Edges& cycle);
@@ -95,12 +108,15 @@ class CycleCutter {
   Viewpoint viewpoint_;
   const Gaps* gaps_;
   ProblemCells& problems_;
+  const PartedCells* parted_;
   double tolerance_ = 0.0;  // world units
   std::size_t cuts_left_ = 0;
   std::size_t large_rounds_ = 0;
   std::vector<Piece> pieces_;
   std::vector<Edge> edges_;
-  std::vector<std::uint32_t> first_piece_;  // of each cell of the component
+  std::vector<std::pair<mesh::Id, mesh::Id>> by_cell_;  // the nodes of the component, with their cells first
+  std::vector<mesh::Id> cells_;                         // of the component, ascending
+  std::vector<std::uint32_t> first_piece_;              // of each of them, and the end
   // Of the nodes in hand, by their place among them:
   std::vector<std::uint32_t> local_;  // piece to place
   std::vector<Edges> incident_;

@@ -7,15 +7,16 @@
 
 namespace spillikin::sort {
 
-// Appends the cells that the layered sort left, so that every cell is listed, names the strongly connected ones in
-// order.cycles and cuts cells of each until it is none. Returns whether the order is right: it is unless the cutter
-// gave up. Linear but for the cycles themselves; serial.
+// Appends the cells or nodes that the layered sort left, so that every cell is listed, names the strongly connected
+// ones in order.cycles and cuts cells of each until it is none. Returns whether the order is right: it is unless the
+// cutter gave up. Linear but for the cycles themselves; serial.
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
                 ProblemCells& problems, const Viewpoint& viewpoint, Order& order);
 
 // The whole order by faces and by all edges across gaps (left in `edges`), with its layers; cycles are cut. Reads the
 // signs of the viewpoint and overwrites the order. Sets order.exact.
 void orderByEdges(const mesh::Mesh& mesh, const FaceSigns& signs, LayeredSort& layered, GapEdges& finder,
-                  ProblemCells& problems, const Viewpoint& viewpoint, ExtraEdges& edges, Order& order);
+                  ProblemCells& problems, const PartedCells& parted, const Viewpoint& viewpoint, ExtraEdges& edges,
+                  Order& order);
 
 }  // namespace spillikin::sort

@@ -288,9 +288,21 @@ void FaceSigns::operator()(const Viewpoint& viewpoint) {
 }
 
 void FaceSigns::joinHalves(const Viewpoint& viewpoint) {
+  constexpr std::size_t block = 256;  // words of 32 quadrilaterals, whose problems are kept together
+  const std::size_t words = (end_ - whole_) / 32, blocks = (words + block - 1) / block;
+  found_.resize(blocks);
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+    found_[b].clear();
+    joinHalves(b * block, std::min(words, (b + 1) * block), viewpoint, found_[b]);
+  });
   problems_.clear();
-  const std::size_t words = (end_ - whole_) / 32;
-  for (std::size_t i = 0; i < words; ++i) {
+  for (const auto& found : found_)
+    problems_.insert(problems_.end(), found.begin(), found.end());
+}
+
+void FaceSigns::joinHalves(std::size_t begin, std::size_t end, const Viewpoint& viewpoint,
+                           std::vector<mesh::Id>& problems) {
+  for (std::size_t i = begin; i < end; ++i) {
     const std::uint64_t first = bits_[first_ / 32 + i], second = bits_[second_ / 32 + i], any = first | second;
     bits_[whole_ / 32 + i] = any;
     for (std::uint64_t both = any & (any >> 1) & 0x5555555555555555U; both != 0; both &= both - 1) {
@@ -299,12 +311,17 @@ void FaceSigns::joinHalves(const Viewpoint& viewpoint) {
       const unsigned halves = seenHalves(quad, viewpoint);
       const std::uint64_t pair = std::uint64_t{3} << at;
       if (halves == 3) {
-        problems_.push_back(static_cast<mesh::Id>(triangles_ + quad));
+        problems.push_back(static_cast<mesh::Id>(triangles_ + quad));
       } else {
         bits_[whole_ / 32 + i] &= ~pair | (halves == 1 ? first : halves == 2 ? second : 0);
       }
     }
   }
+}
+
+void FaceSigns::settle(mesh::Id problem, unsigned side) {
+  const std::size_t at = 2 * row(problem) + (1U - side);
+  interior_bits_[at >> 6] &= ~(std::uint64_t{1} << (at & 63U));
 }
 
 // Bit 0: the first half is seen, bit 1: the second.
@@ -323,7 +340,7 @@ unsigned FaceSigns::seenHalves(std::size_t quad, const Viewpoint& viewpoint) con
 std::size_t FaceSigns::bytes() const {
   return 4 * x_.capacity() * sizeof(float) +
          (bits_.capacity() + interior_bits_.capacity() + interior_.capacity()) * sizeof(std::uint64_t) +
-         problems_.capacity() * sizeof(mesh::Id);
+         problems_.capacity() * 2 * sizeof(mesh::Id);  // and as they were found
 }
 
 }  // namespace spillikin::sort

@@ -49,6 +49,8 @@ class FaceSigns {
   const std::uint64_t* secondHalves() const { return bits_.data() + second_ / 32; }
 
   std::span<const mesh::Id> problems() const { return problems_; }
+  // From now on the interior bits say of a problem face that the cell on this side comes first, and no more.
+  void settle(mesh::Id problem, unsigned side);
   std::size_t exactCalls() const { return exact_calls_; }  // of the last view
   std::size_t bytes() const;
 
@@ -60,6 +62,7 @@ class FaceSigns {
   void markInterior();
   void keepInterior();
   void joinHalves(const Viewpoint& viewpoint);
+  void joinHalves(std::size_t begin, std::size_t end, const Viewpoint& viewpoint, std::vector<mesh::Id>& problems);
   unsigned seenHalves(std::size_t quad, const Viewpoint& viewpoint) const;
 
   const mesh::Mesh& mesh_;
@@ -71,6 +74,7 @@ class FaceSigns {
   std::vector<std::uint64_t> bits_, interior_bits_;
   std::vector<std::uint64_t> interior_;  // bit per row
   std::vector<mesh::Id> problems_;
+  std::vector<std::vector<mesh::Id>> found_;  // problems, by block
   std::size_t exact_calls_ = 0;
 };
 

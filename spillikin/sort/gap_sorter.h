@@ -32,6 +32,7 @@ class GapSorter : public Sorter {
   FaceSigns signs_;
   LayeredSort layered_;
   ProblemCells problems_;
+  PartedCells parted_;
   GapEdges gaps_;
   GapTurns turns_;
   TurnSort by_turn_;

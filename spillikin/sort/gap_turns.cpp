@@ -11,9 +11,10 @@ constexpr std::size_t block = 256;  // triangles searched by one task, whose pai
 
 }  // namespace
 
-GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps)
+GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& parted)
     : mesh_(mesh),
       gaps_(gaps),
+      parted_(parted),
       outermost_(gaps.tree().triangles().size()),
       guess_(outermost_.size()),
       turn_(mesh.cell_count()) {
@@ -25,6 +26,7 @@ GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps)
 }
 
 void GapTurns::clear() {
+  turn_.resize(parted_.nodes());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, turn_.size(), 1 << 16),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       std::fill(turn_.begin() + static_cast<std::ptrdiff_t>(range.begin()),
@@ -32,19 +34,28 @@ void GapTurns::clear() {
                     });
 }
 
+// Of the parts of a cell.
+Turn GapTurns::lastTurn(mesh::Id cell) const {
+  Turn last = turn_[cell];
+  for (const PartedCells::Sliver& sliver : parted_.slivers(cell))
+    last = std::max(last, turn_[parted_.node(sliver)]);
+  return last;
+}
+
 // May an exit before it come too early?
 bool GapTurns::open(std::uint32_t entry) const {
-  return gaps_.sign(entry) > 0 && turn_[gaps_.tree().triangles()[entry].cell] >= guess_[entry];
+  return gaps_.sign(entry) > 0 && lastTurn(gaps_.tree().triangles()[entry].cell) >= guess_[entry];
 }
 
 void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
                       std::vector<Pair>& found) const {
   const auto& triangles = gaps_.tree().triangles();
   const mesh::Id cell = triangles[entry].cell;
+  const Turn last = lastTurn(cell);
   scratch.clear();
-  gaps_.tree().inFront(entry, 1, viewpoint, turn_[cell], scratch);
+  gaps_.tree().inFront(entry, 1, viewpoint, last, scratch);
   for (const std::uint32_t exit : scratch) {
-    if (triangles[exit].cell == cell || turn_[triangles[exit].cell] > turn_[cell]) continue;
+    if (triangles[exit].cell == cell || turn_[triangles[exit].cell] > last) continue;
     if (guess_[exit] < guess_[entry]) continue;  // farther on every ray
     if (gaps_.related(exit, entry, viewpoint)) found.emplace_back(exit, entry);
   }
@@ -89,7 +100,7 @@ void GapTurns::addAbutting(const Viewpoint& viewpoint) {
   for (const auto& [a, b] : gaps_.abutting()) {
     for (const auto& [exit, entry] : {std::pair{a, b}, std::pair{b, a}}) {
       if (gaps_.sign(exit) >= 0 || gaps_.sign(entry) <= 0) continue;
-      if (turn_[triangles[exit].cell] > turn_[triangles[entry].cell]) continue;
+      if (turn_[triangles[exit].cell] > lastTurn(triangles[entry].cell)) continue;
       if (gaps_.related(exit, entry, viewpoint)) found_.front().emplace_back(exit, entry);
     }
   }
@@ -107,7 +118,7 @@ bool GapTurns::putOffFound(const LayeredSort& layered) {
   };
   for (const auto& found : found_) {
     for (const auto& [exit, entry] : found) {
-      const Turn turn = turn_[triangles[entry].cell];
+      const Turn turn = lastTurn(triangles[entry].cell);
       if (turn + 1 >= ExteriorTree::never) return false;
       ++put_off_;
       put(triangles[exit].cell, static_cast<Turn>(turn + 1));
@@ -117,6 +128,8 @@ bool GapTurns::putOffFound(const LayeredSort& layered) {
     const Turn turn = turn_[raised_[i]];
     layered.forEachAfter(raised_[i], [&](mesh::Id next) { put(next, turn); });
   }
+  for (mesh::Id& node : raised_)
+    node = parted_.cell(node);
   std::sort(raised_.begin(), raised_.end());
   raised_.erase(std::unique(raised_.begin(), raised_.end()), raised_.end());
   open_.clear();

@@ -25,6 +25,9 @@ namespace spillikin::sort {
 //    later than its own. What the exact test confirms is put off to a later turn, with all cells before it, and the
 //    entries of the cells that were put off are looked at again.
 //
+// The parts of a cell (PartedCells) each have a turn. As an exit the cell has that of what comes first of it, as an
+// entry the latest of them.
+//
 // When nothing is left to look at, the order by turns, and within one turn by faces, is right. In a cycle turns would
 // grow for ever: after `most_rounds` it gives up.
 //
@@ -33,10 +36,10 @@ class GapTurns {
  public:
   static constexpr int most_rounds = 64;
 
-  GapTurns(const mesh::Mesh& mesh, GapEdges& gaps);
+  GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& parted);
 
-  // The first turn of every cell. `guess(t, sign)` is that of exterior triangle t, whose nonzero sign is given: of an
-  // exit at least that of any entry behind it, below ExteriorTree::never / 2.
+  // The first turn of every cell, whose parts the view knows. `guess(t, sign)` is that of exterior triangle t, whose
+  // nonzero sign is given: of an exit at least that of any entry behind it, below ExteriorTree::never / 2.
   template <class Guess>
   void begin(const Guess& guess) {
     clear();
@@ -66,6 +69,7 @@ class GapTurns {
   using Pair = std::pair<std::uint32_t, std::uint32_t>;  // exit, entry: triangles
 
   void clear();
+  Turn lastTurn(mesh::Id cell) const;
   bool open(std::uint32_t entry) const;
   void search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
               std::vector<Pair>& found) const;
@@ -76,13 +80,14 @@ class GapTurns {
 
   const mesh::Mesh& mesh_;
   GapEdges& gaps_;
+  const PartedCells& parted_;
   std::vector<std::uint8_t> outermost_;  // per exterior triangle: nonzero when nothing lies beyond it
   std::vector<Turn> guess_;              // per exterior triangle
-  std::vector<Turn> turn_;               // per cell
+  std::vector<Turn> turn_;               // per cell, and per sliver
   std::vector<std::vector<Pair>> found_;
   std::vector<std::size_t> searches_;  // per block of triangles
   std::vector<std::uint32_t> open_;    // entries to look at again
-  std::vector<mesh::Id> raised_;       // cells put off in a round
+  std::vector<mesh::Id> raised_;       // cells and slivers put off in a round
   std::size_t searched_ = 0, put_off_ = 0;
 };
 

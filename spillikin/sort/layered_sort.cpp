@@ -38,8 +38,6 @@ T decrement(T& value) {
 LayeredSort::LayeredSort(const mesh::Mesh& mesh) : mesh_(mesh), tetrahedral_(mesh.tetrahedral()) {
   const std::size_t slots = mesh.cell_face.size(), cells = mesh.cell_count();
   neighbour_.resize(slots);
-  marked_.resize((cells + 63) / 64);
-  block_count_.resize((marked_.size() + block_words - 1) / block_words);
   tbb::parallel_for(Range(0, slots, 1 << 14), [&](const Range& range) {
     for (std::size_t k = range.begin(); k < range.end(); ++k)
       neighbour_[k] = mesh.neighbour(mesh.cell_face[k]);
@@ -81,29 +79,47 @@ void LayeredSort::countCells(const FaceSigns& signs) {
   const std::uint64_t* bits = signs.interiorBits();
   const auto triangle_bits = static_cast<mesh::Id>(2 * mesh_.triangle_count());
   const std::size_t shift = 2 * signs.quadShift();
-  const auto bit = [bits](std::size_t i) { return static_cast<unsigned>(bits[i >> 6] >> (i & 63U)) & 1U; };
   std::fill(after_.begin(), after_.end(), 0);
   tbb::parallel_for(Range(0, mesh_.cell_count(), 4096), [&](const Range& range) {
+    std::uint64_t word = 0;
+    // Words at the ends of a range are shared with the ranges beside it.
+    const auto write = [&](std::size_t w) {
+      std::atomic_ref<std::uint64_t>(after_[w]).fetch_or(word, std::memory_order_relaxed);
+      word = 0;
+    };
+    std::size_t k = mesh_.cell_face_offset[range.begin()];
     for (std::size_t c = range.begin(); c < range.end(); ++c) {
       unsigned count = 0;
-      for (std::size_t k = mesh_.cell_face_offset[c]; k < mesh_.cell_face_offset[c + 1]; ++k) {
+      for (const std::size_t end = mesh_.cell_face_offset[c + 1]; k < end; ++k) {
         const mesh::Id packed = mesh_.cell_face[k].packed;
         const std::size_t at = packed < triangle_bits ? packed : packed + shift;
-        count += bit(at ^ 1U);
-        if (bit(at) != 0) {
-          std::atomic_ref<std::uint64_t>(after_[k >> 6])
-              .fetch_or(std::uint64_t{1} << (k & 63U), std::memory_order_relaxed);
-        }
+        // Both bits of the face: this cell comes first, its neighbour does.
+        const auto pair = static_cast<unsigned>(bits[at >> 6] >> (at & 62U)) & 3U;
+        const unsigned side = at & 1U;
+        count += (pair >> (side ^ 1U)) & 1U;
+        word |= std::uint64_t{(pair >> side) & 1U} << (k & 63U);
+        if ((k & 63U) == 63U) write(k >> 6);
       }
       count_[c] = static_cast<std::uint16_t>(count);
     }
+    if ((k & 63U) != 0) write(k >> 6);
   });
 }
 
+void LayeredSort::countParted() {
+  count_.resize(parted_->nodes());
+  std::fill(count_.begin() + static_cast<std::ptrdiff_t>(mesh_.cell_count()), count_.end(), std::uint16_t{0});
+  parted_->forEachEdge([&](mesh::Id to) { ++count_[to]; });
+}
+
+// Every part of a cell comes before all of another that lies before it across a gap.
 void LayeredSort::countExtra(const ExtraEdges& extra) {
   extra_count_.assign(mesh_.cell_count(), 0);
-  for (const mesh::Id cell : extra.successor)
-    ++extra_count_[cell];
+  for (mesh::Id c = 0; c < mesh_.cell_count(); ++c) {
+    const auto parts = static_cast<std::uint32_t>(1 + (parted_ == nullptr ? 0 : parted_->slivers(c).size()));
+    for (const mesh::Id next : extra.after(c))
+      extra_count_[next] += parts;
+  }
   for (std::size_t c = 0; c < extra_count_.size(); ++c) {
     if (extra_count_[c] == 0) continue;
     if (tetrahedral_) {
@@ -143,7 +159,7 @@ void LayeredSort::release(mesh::Id cell, const Emit& emit) {
     forEachAfter(cell, count);
   }
   if (extra_ == nullptr) return;
-  for (const mesh::Id next : extra_->after(cell)) {
+  for (const mesh::Id next : extra_->after(this->cell(cell))) {
     passOn(next);
     if (decrement<parallel>(extra_count_[next]) == 0 && freed(next)) emit(next);
   }
@@ -153,7 +169,7 @@ template <bool tetrahedral>
 void LayeredSort::prefetchRow(mesh::Id cell) const {
   if constexpr (tetrahedral) {
     __builtin_prefetch(&neighbour_[4 * std::size_t{cell}]);
-  } else {
+  } else if (cell < mesh_.cell_count()) {
     __builtin_prefetch(&neighbour_[mesh_.cell_face_offset[cell]]);
   }
 }
@@ -220,7 +236,7 @@ void LayeredSort::firstLayer(Order& order) {
   tbb::parallel_for(Range(0, marked_.size(), 256), [&](const Range& range) {
     for (std::size_t w = range.begin(); w < range.end(); ++w) {
       std::uint64_t bits = 0;
-      const std::size_t last = std::min<std::size_t>(64, mesh_.cell_count() - 64 * w);
+      const std::size_t last = std::min<std::size_t>(64, nodes() - 64 * w);
       for (std::size_t k = 0; k < last; ++k) {
         bits |= std::uint64_t{left(static_cast<mesh::Id>(64 * w + k)) ? 0U : 1U} << k;
       }
@@ -244,12 +260,17 @@ void LayeredSort::workOff(Order& order) {
   }
 }
 
-std::size_t LayeredSort::operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra, Turn* turn) {
+bool LayeredSort::operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra, Turn* turn,
+                             const PartedCells* parted) {
   extra_ = extra != nullptr && extra->empty() ? nullptr : extra;
   turn_ = turn;
+  parted_ = parted != nullptr && parted->any() ? parted : nullptr;
   tetrahedral_ ? countTetrahedra(signs) : countCells(signs);
+  if (parted_ != nullptr) countParted();
   if (extra_ != nullptr) countExtra(*extra_);
-  order.cells.resize(mesh_.cell_count());
+  marked_.resize((nodes() + 63) / 64);
+  block_count_.resize((marked_.size() + block_words - 1) / block_words);
+  order.cells.resize(nodes());
   listed_ = 0;
   order.layer_offset.clear();
   order.layer_offset.push_back(0);
@@ -260,7 +281,7 @@ std::size_t LayeredSort::operator()(const FaceSigns& signs, Order& order, const 
     tetrahedral_ ? workOff<true, true>(order) : workOff<false, true>(order);
   }
   order.cells.resize(listed_);
-  return listed_;
+  return listed_ == nodes();
 }
 
 std::size_t LayeredSort::bytes() const {

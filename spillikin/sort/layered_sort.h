@@ -8,6 +8,7 @@
 
 #include "spillikin/mesh/mesh.h"
 #include "spillikin/sort/face_signs.h"
+#include "spillikin/sort/parted_cells.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/turns.h"
 
@@ -35,14 +36,20 @@ class LayeredSort {
  public:
   explicit LayeredSort(const mesh::Mesh& mesh);
 
-  // Fills cells and layer_offset of the order. Returns the number of cells that could be listed: fewer than all when
-  // some are in or behind a cycle; those have left() true.
+  // Fills cells and layer_offset of the order. Returns whether all could be listed: not when some are in or behind a
+  // cycle; those have left() true.
   //
-  // `turn`, for each cell, if given: every cell takes the latest turn of its own and of those before it.
-  std::size_t operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra = nullptr, Turn* turn = nullptr);
+  // `turn`, for each cell, if given: every cell takes the latest turn of its own and of those before it. `parted`, if
+  // given, which must be so until the next call: nodes take the place of cells throughout, in the order too.
+  bool operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra = nullptr, Turn* turn = nullptr,
+                  const PartedCells* parted = nullptr);
 
+  // Of the last call: cells, and slivers after them.
+  std::size_t nodes() const { return parted_ == nullptr ? mesh_.cell_count() : parted_->nodes(); }
+  const PartedCells* parted() const { return parted_; }
+  mesh::Id cell(mesh::Id node) const { return parted_ == nullptr ? node : parted_->cell(node); }
   bool left(mesh::Id cell) const { return (tetrahedral_ ? state_[cell] & count_mask : count_[cell]) != 0; }
-  // Calls f(successor) for every cell that must come after this one, by a face of it.
+  // Calls f(successor) for every cell that must come after this one, by a face of it or inside a parted cell.
   template <class F>
   void forEachAfter(mesh::Id cell, F&& f) const {
     if (tetrahedral_) {
@@ -51,9 +58,12 @@ class LayeredSort {
       }
       return;
     }
-    for (std::size_t k = mesh_.cell_face_offset[cell]; k < mesh_.cell_face_offset[cell + 1]; ++k) {
-      if (((after_[k >> 6] >> (k & 63U)) & 1U) != 0) f(neighbour_[k]);
+    if (cell < mesh_.cell_count()) {
+      for (std::size_t k = mesh_.cell_face_offset[cell]; k < mesh_.cell_face_offset[cell + 1]; ++k) {
+        if (((after_[k >> 6] >> (k & 63U)) & 1U) != 0) f(neighbour_[k]);
+      }
     }
+    if (parted_ != nullptr) parted_->forEachAfter(cell, f);
   }
   std::size_t bytes() const;
 
@@ -62,6 +72,7 @@ class LayeredSort {
 
   void countTetrahedra(const FaceSigns& signs);
   void countCells(const FaceSigns& signs);
+  void countParted();
   void countExtra(const ExtraEdges& extra);
   void firstLayer(Order& order);
   template <bool tetrahedral, bool parallel, bool turns, class Emit>
@@ -80,11 +91,12 @@ class LayeredSort {
   bool tetrahedral_ = false;
   const ExtraEdges* extra_ = nullptr;       // of the call
   Turn* turn_ = nullptr;                    // of the call
+  const PartedCells* parted_ = nullptr;     // of the call, where cells are parted
   std::size_t listed_ = 0;                  // cells in the order so far
   std::vector<mesh::Id> neighbour_;         // beside mesh.cell_face: the cell behind the face, or none
   std::vector<std::uint8_t> state_;         // tetrahedra: bits 0-3 the count, 4-7 the neighbours that come after
   std::vector<std::uint64_t> after_;        // other cells: bit k, the cell at neighbour_[k] comes after
-  std::vector<std::uint16_t> count_;        // other cells: faces across which another must come first, 1 for extras
+  std::vector<std::uint16_t> count_;        // other nodes: edges from what must come first, 1 for all extras
   std::vector<std::uint32_t> extra_count_;  // per cell, only with extra edges
   std::vector<std::uint64_t> marked_;       // bit per cell: belongs to the next layer
   std::vector<std::uint32_t> block_count_;  // of marked bits

@@ -9,17 +9,22 @@ namespace spillikin::sort {
 Mpvo::Mpvo(const mesh::Mesh& mesh, CurvedCells curved) : Mpvo(mesh, convexity(mesh, exteriorTriangles(mesh)), curved) {}
 
 Mpvo::Mpvo(const mesh::Mesh& mesh, Convexity convexity, CurvedCells curved)
-    : mesh_(mesh), convexity_(std::move(convexity)), signs_(mesh), layered_(mesh), problems_(mesh, signs_, curved) {}
+    : mesh_(mesh),
+      convexity_(std::move(convexity)),
+      signs_(mesh),
+      layered_(mesh),
+      problems_(mesh, signs_, curved),
+      parted_(mesh, signs_, problems_.faces()) {}
 
 void Mpvo::operator()(const Viewpoint& viewpoint, Order& order) {
-  order.cuts.clear();
   order.cycles.clear();
   signs_(viewpoint);
   problems_.begin(order);
+  if (!problems_.subdivides()) parted_.part();
   order.exact = convexity_.convex;
-  const std::size_t listed = layered_(signs_, order);
-  if (listed < mesh_.cell_count() && !appendLeft(mesh_, signs_, layered_, nullptr, problems_, viewpoint, order))
-    order.exact = false;
+  const bool all = layered_(signs_, order, nullptr, nullptr, &parted_);
+  parted_.list(order);
+  if (!all && !appendLeft(mesh_, signs_, layered_, nullptr, problems_, viewpoint, order)) order.exact = false;
   problems_.end();
 }
 

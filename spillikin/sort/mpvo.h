@@ -22,7 +22,7 @@ class Mpvo final : public Sorter {
   Algorithm algorithm() const override { return Algorithm::mpvo; }
   std::string why() const override;
   bool exact() const override { return convexity_.convex; }
-  std::size_t bytes() const override { return signs_.bytes() + layered_.bytes() + problems_.bytes(); }
+  std::size_t bytes() const override { return signs_.bytes() + layered_.bytes() + problems_.bytes() + parted_.bytes(); }
 
  private:
   const mesh::Mesh& mesh_;
@@ -30,6 +30,7 @@ class Mpvo final : public Sorter {
   FaceSigns signs_;
   LayeredSort layered_;
   ProblemCells problems_;
+  PartedCells parted_;
 };
 
 }  // namespace spillikin::sort

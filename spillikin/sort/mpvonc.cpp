@@ -67,7 +67,8 @@ void Mpvonc::appendLeft(const Viewpoint& viewpoint, Order& order) {
     layered_.forEachAfter(left[i], [&](mesh::Id next) { f(index[next]); });
   });
   std::vector<std::pair<double, mesh::Id>> cells;
-  for (const auto& component : components) {
+  for (std::size_t k = 0; k < components.size(); ++k) {
+    const std::span<const std::uint32_t> component = components[k];
     Turn turn = 0;
     for (const std::uint32_t i : component)
       turn = std::max(turn, turn_[left[i]]);
@@ -93,8 +94,7 @@ void Mpvonc::operator()(const Viewpoint& viewpoint, Order& order) {
   signs_(viewpoint);
   problems_.begin(order);
   firstTurns(viewpoint);
-  const std::size_t listed = layered_(signs_, order, nullptr, turn_.data());
-  if (listed < mesh_.cell_count()) appendLeft(viewpoint, order);
+  if (!layered_(signs_, order, nullptr, turn_.data())) appendLeft(viewpoint, order);
   by_turn_(turn_, order.cells);
   order.layer_offset.clear();
   order.exact = order.cells.size() < 2;

@@ -31,6 +31,12 @@ class ProblemFaces {
 
   std::size_t faces() const { return faces_; }  // problem faces, exterior ones included
   std::size_t cells() const { return cells_; }  // problem cells
+  // The side of a quadrilateral's cell for which it is a valley; 2 where it is planar or no such cell is.
+  unsigned valleySide(mesh::Id face) const {
+    const std::size_t quad = face - mesh_.triangle_count();
+    const auto bits = static_cast<unsigned>(valley_[quad / 32] >> (2 * (quad % 32))) & 3U;
+    return bits == 0 ? 2 : bits - 1;
+  }
   bool problem(mesh::Id cell) const { return !count_.empty() && (count_[cell] & count_mask) != 0; }
   // Cells that became a problem or ceased to be one in the last update, in no order that matters.
   std::span<const mesh::Id> changed() const { return changed_; }
@@ -59,6 +65,7 @@ class ProblemCells {
     faces_.update();
     order.problems = {true, faces_.faces(), faces_.cells()};
   }
+  const ProblemFaces& faces() const { return faces_; }
   bool subdivides() const { return curved_ == CurvedCells::tetrahedra; }
   // The cell as tetrahedra: whether it is a problem, it is wanted so, and they fill it.
   bool subdivide(mesh::Id cell) { return subdivides() && faces_.problem(cell) && pools_.subdivide(cell); }
