@@ -124,11 +124,9 @@ void ExteriorTree::build() {
     boxes.swap(parents);
   }
   turns_.resize(nodes_.size());
-  for (TreeTurns& turns : turns_)
-    turns.fill(0);
 }
 
-void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn last,
+void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn first, Turn last,
                            std::vector<std::uint32_t>& out) const {
   // det[b - a, c - a, V - a] has the sign `sign`, so that (b - a) x (V - a) has c on the side -sign, and the triangle's
   // own normal has the viewpoint on the side sign.
@@ -144,7 +142,7 @@ void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, 
     planes[k] = local(-static_cast<double>(sign) * spanned(p[(k + 1) % 3] - p[k], sight), p[k]);
   }
   planes[3] = local(static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]);
-  searchTree(nodes_.data(), turns_.data(), levels_.data(), levels_.size(), planes, last, out);
+  searchTree(nodes_.data(), turns_.data(), levels_.data(), levels_.size(), planes, first, last, out);
 }
 
 bool ExteriorTree::cornerBeyond(const ExteriorTriangle& plane, std::size_t other) const {

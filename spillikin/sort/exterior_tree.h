@@ -31,12 +31,14 @@ struct TreeLevel {
 struct TreePlane {
   float x, y, z, w;
 };
-// The earliest turn in each box of a node.
-using TreeTurns = std::array<Turn, TreeNode::wide>;
+// The turns in each box of a node: the earliest, and the latest guess.
+struct TreeTurns {
+  std::array<Turn, TreeNode::wide> earliest, latest;
+};
 // The search, compiled for every SIMD target and chosen at run time: appends the boxes of level 0 that reach into all
-// four half-spaces and hold a turn of at most `last`.
+// four half-spaces and hold a turn of at most `last` and a guess of at least `first`.
 void searchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane planes[4], Turn last, std::vector<std::uint32_t>& out);
+                const TreePlane planes[4], Turn first, Turn last, std::vector<std::uint32_t>& out);
 
 // Built once per geometry. Triangles are renumbered along a space-filling curve; `triangles()` is in that order and so
 // are all indices. The tree is implicit and eight wide.
@@ -56,30 +58,40 @@ class ExteriorTree {
 
   static constexpr Turn never = std::numeric_limits<Turn>::max();
 
-  // What the searches may find: triangles by their turn(t), `never` for those that none may. Linear, on all cores.
-  template <class TurnOf>
-  void setTurns(const TurnOf& turn) {
+  // What the searches may find: triangles by their turn(t), `never` for those that none may, and guess(t), which is no
+  // later. Linear, on all cores.
+  template <class TurnOf, class GuessOf>
+  void setTurns(const TurnOf& turn, const GuessOf& guess) {
     for (std::size_t l = 0; l < levels_.size(); ++l) {
       const TreeTurns* below = l == 0 ? nullptr : turns_.data() + levels_[l - 1].first;
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (levels_[l].count + wide - 1) / wide, 512),
                         [&](const tbb::blocked_range<std::size_t>& range) {
                           for (std::size_t node = range.begin(); node < range.end(); ++node) {
                             TreeTurns& turns = turns_[levels_[l].first + node];
-                            turns.fill(never);
+                            turns.earliest.fill(never);
+                            turns.latest.fill(0);
                             const std::size_t boxes = std::min(wide, levels_[l].count - wide * node);
                             for (std::size_t j = 0; j < boxes; ++j) {
                               const std::size_t box = wide * node + j;
-                              turns[j] = below == nullptr ? turn(static_cast<std::uint32_t>(box))
-                                                          : *std::min_element(below[box].begin(), below[box].end());
+                              if (below != nullptr) {
+                                const auto &earliest = below[box].earliest, &latest = below[box].latest;
+                                turns.earliest[j] = *std::min_element(earliest.begin(), earliest.end());
+                                turns.latest[j] = *std::max_element(latest.begin(), latest.end());
+                                continue;
+                              }
+                              turns.earliest[j] = turn(static_cast<std::uint32_t>(box));
+                              if (turns.earliest[j] != never) turns.latest[j] = guess(static_cast<std::uint32_t>(box));
                             }
                           }
                         });
     }
   }
 
-  // Appends to `out` the triangles that setTurns gave a turn of at most `last` and that may lie between the viewpoint
-  // and triangle t; leaves out only such that certainly do not. `sign` is the nonzero orientViewpoint of t.
-  void inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn last, std::vector<std::uint32_t>& out) const;
+  // Appends to `out` the triangles that setTurns gave a turn of at most `last` and a guess of at least `first` and that
+  // may lie between the viewpoint and triangle t; leaves out only such that certainly do not. `sign` is the nonzero
+  // orientViewpoint of t.
+  void inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn first, Turn last,
+               std::vector<std::uint32_t>& out) const;
 
   // Whether any corner of any triangle may lie strictly on the side of triangle t that its normal points to: if none
   // does, no ray that leaves the mesh through t enters it again. False is certain, by exact tests; true where too many

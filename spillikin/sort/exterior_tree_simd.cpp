@@ -37,21 +37,22 @@ unsigned reach(D d, const TreeNode& node, const TreePlane planes[4]) {
   return bits;
 }
 
-// Which boxes of a node hold a turn of at most `last`.
-unsigned early(const TreeTurns& turns, Turn last) {
+// Which boxes of a node hold a turn of at most `last` and a guess of at least `first`.
+unsigned inTime(const TreeTurns& turns, Turn first, Turn last) {
   const hn::CappedTag<Turn, TreeNode::wide> d;
   unsigned bits = 0;
   for (std::size_t k = 0; k < TreeNode::wide; k += hn::Lanes(d)) {
     std::uint8_t bytes[8] = {};
-    const auto turn = hn::LoadU(d, turns.data() + k);
-    hn::StoreMaskBits(d, hn::Eq(hn::Min(turn, hn::Set(d, last)), turn), bytes);
+    const auto earliest = hn::LoadU(d, turns.earliest.data() + k), latest = hn::LoadU(d, turns.latest.data() + k);
+    const auto not_late = hn::Eq(hn::Min(earliest, hn::Set(d, last)), earliest);
+    hn::StoreMaskBits(d, hn::And(not_late, hn::Eq(hn::Max(latest, hn::Set(d, first)), latest)), bytes);
     bits |= static_cast<unsigned>(bytes[0]) << k;
   }
   return bits;
 }
 
 void SearchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane* planes, Turn last, std::vector<std::uint32_t>& out) {
+                const TreePlane* planes, Turn first, Turn last, std::vector<std::uint32_t>& out) {
   if (level_count == 0) return;
   const hn::CappedTag<float, TreeNode::wide> d;
   struct Entry {
@@ -64,7 +65,7 @@ void SearchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* 
   while (depth > 0) {
     const Entry entry = stack[--depth];
     const std::size_t at = levels[entry.level].first + entry.node;
-    const unsigned wanted = early(turns[at], last);
+    const unsigned wanted = inTime(turns[at], first, last);
     for (unsigned bits = wanted == 0 ? 0 : reach(d, nodes[at], planes) & wanted; bits != 0; bits &= bits - 1) {
       const auto box =
           static_cast<std::uint32_t>(TreeNode::wide) * entry.node + static_cast<std::uint32_t>(__builtin_ctz(bits));
@@ -86,8 +87,8 @@ namespace spillikin::sort {
 HWY_EXPORT(SearchTree);
 
 void searchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane planes[4], Turn last, std::vector<std::uint32_t>& out) {
-  HWY_DYNAMIC_DISPATCH(SearchTree)(nodes, turns, levels, level_count, planes, last, out);
+                const TreePlane planes[4], Turn first, Turn last, std::vector<std::uint32_t>& out) {
+  HWY_DYNAMIC_DISPATCH(SearchTree)(nodes, turns, levels, level_count, planes, first, last, out);
 }
 }  // namespace spillikin::sort
 #endif

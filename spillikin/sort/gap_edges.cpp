@@ -104,15 +104,16 @@ bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint&
   const int s = sign(exit), t = sign(entry);
   const bool one_face = partner_[exit] != mesh::none && partner_[exit] == partner_[entry];
   // First what is cheap and leaves out most.
-  if (!one_face && (beside(exit, entry, 1) || beside(entry, exit, -1))) return false;
   if (!seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)))) return false;
+  if (!one_face && (beside(exit, entry, 1) || beside(entry, exit, -1))) return false;
   if (!one_face && nearer(a, s, b, t, viewpoint) < 0) return false;
   return projectionsOverlap(a, s, b, t, viewpoint);
 }
 
 void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
   const auto& triangles = tree_.triangles();
-  tree_.setTurns([&](std::uint32_t t) { return sign(t) < 0 ? Turn{0} : ExteriorTree::never; });
+  tree_.setTurns([&](std::uint32_t t) { return sign(t) < 0 ? Turn{0} : ExteriorTree::never; },
+                 [](std::uint32_t) { return Turn{0}; });
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
     auto& found = found_[b];
@@ -122,7 +123,7 @@ void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
       const int s = sign(n);
       if (s <= 0) continue;  // rays enter through triangles turned towards the viewpoint
       candidates.clear();
-      tree_.inFront(n, s, viewpoint, 0, candidates);
+      tree_.inFront(n, s, viewpoint, 0, 0, candidates);
       for (const std::uint32_t e : candidates) {
         if (triangles[e].cell == triangles[n].cell) continue;
         if (related(e, n, viewpoint)) found.emplace_back(triangles[n].cell, triangles[e].cell);

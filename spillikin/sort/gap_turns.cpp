@@ -53,10 +53,10 @@ void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vect
   const mesh::Id cell = triangles[entry].cell;
   const Turn last = lastTurn(cell);
   scratch.clear();
-  gaps_.tree().inFront(entry, 1, viewpoint, last, scratch);
+  gaps_.tree().inFront(entry, 1, viewpoint, guess_[entry], last, scratch);
   for (const std::uint32_t exit : scratch) {
     if (triangles[exit].cell == cell || turn_[triangles[exit].cell] > last) continue;
-    if (guess_[exit] < guess_[entry]) continue;  // farther on every ray
+    if (guess_[exit] < guess_[entry]) continue;
     if (gaps_.related(exit, entry, viewpoint)) found.emplace_back(exit, entry);
   }
 }
@@ -144,9 +144,12 @@ bool GapTurns::putOffFound(const LayeredSort& layered) {
 bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered) {
   const auto& triangles = gaps_.tree().triangles();
   searched_ = put_off_ = 0;
-  gaps_.tree().setTurns([&](std::uint32_t t) {
-    return gaps_.sign(t) < 0 && outermost_[t] == 0 ? turn_[triangles[t].cell] : ExteriorTree::never;
-  });
+  // An exit with an earlier guess than the entry is farther on every ray, one whose cell comes later is right.
+  gaps_.tree().setTurns(
+      [&](std::uint32_t t) {
+        return gaps_.sign(t) < 0 && outermost_[t] == 0 ? turn_[triangles[t].cell] : ExteriorTree::never;
+      },
+      [&](std::uint32_t t) { return guess_[t]; });
   searchAll(viewpoint);
   for (int round = 0; round < most_rounds; ++round) {
     addAbutting(viewpoint);
