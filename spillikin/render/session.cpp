@@ -98,12 +98,11 @@ struct Session::Impl {
   mesh::Mesh mesh;
   std::uint64_t topology = 0;
   std::optional<mesh::Tetrahedralization> tets;
-  Sorted asked;  // by the algorithm of the engine
-  Sorted quick;  // behind a certificate
-  bool gaps_known = false;
-  bool gaps = false;     // the mesh is not convex
-  double extent = 0.0;   // of the mesh, its diagonal
-  bool crowded = false;  // too many pixels had to be sorted again
+  Sorted asked;                              // by the algorithm of the engine
+  Sorted quick;                              // behind a certificate
+  std::optional<sort::Convexity> convexity;  // of the drawn mesh, once asked for
+  double extent = 0.0;                       // of the mesh, its diagonal
+  bool crowded = false;                      // too many pixels had to be sorted again
   // Tier (c).
   View view;
   std::optional<project::Camera> camera;
@@ -183,7 +182,8 @@ void Session::Impl::newGeometry() {
   tet_field.reset();
   asked = {};
   quick = {};
-  gaps_known = crowded = false;
+  convexity.reset();
+  crowded = false;
   drew_mesh = drew_field = false;
 }
 
@@ -227,13 +227,12 @@ bool Session::Impl::certificateWillDo() {
   double densest = 0.0;
   for (const integrate::ControlPoint& p : transfer_function.points())
     densest = std::max(densest, p.extinction);
-  if (!gaps_known) {
+  if (!convexity) {
     const Box box = boundingBox(mesh);
     extent = glm::length(box.upper - box.lower);
-    gaps = !sort::convexity(drawnMesh(), sort::exteriorTriangles(drawnMesh())).convex;
-    gaps_known = true;
+    convexity = sort::convexity(drawnMesh(), sort::exteriorTriangles(drawnMesh()));
   }
-  return gaps && densest * extent * grain <= hidden_light;
+  return !convexity->convex && densest * extent * grain <= hidden_light;
 }
 
 Sorted& Session::Impl::sort(bool behind_certificate) {
@@ -241,7 +240,8 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
   if (crowded) quick = {};  // not asked for again until the mesh changes
   if (!s.sorter) {
     const Clock timer;
-    s.sorter = sort::makeSorter(behind_certificate ? sort::Algorithm::mpvonc : engine.sort, drawnMesh());
+    s.sorter = sort::makeSorter(behind_certificate ? sort::Algorithm::mpvonc : engine.sort, drawnMesh(),
+                                sort::CurvedCells::cut, convexity ? &*convexity : nullptr);
     s.prepare_seconds = timer.seconds();
     stats.bytes_per_cell += static_cast<double>(s.sorter->bytes()) / static_cast<double>(mesh.cell_count());
   }

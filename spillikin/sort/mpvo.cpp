@@ -6,8 +6,6 @@
 
 namespace spillikin::sort {
 
-Mpvo::Mpvo(const mesh::Mesh& mesh, CurvedCells curved) : Mpvo(mesh, convexity(mesh, exteriorTriangles(mesh)), curved) {}
-
 Mpvo::Mpvo(const mesh::Mesh& mesh, Convexity convexity, CurvedCells curved)
     : mesh_(mesh),
       convexity_(std::move(convexity)),

@@ -16,7 +16,6 @@ namespace spillikin::sort {
 // linear in cells and faces. Kept: 16 bytes a triangle, 24 bytes a tetrahedron.
 class Mpvo final : public Sorter {
  public:
-  explicit Mpvo(const mesh::Mesh& mesh, CurvedCells curved = CurvedCells::cut);
   Mpvo(const mesh::Mesh& mesh, Convexity convexity, CurvedCells curved = CurvedCells::cut);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::mpvo; }

@@ -29,9 +29,8 @@ constexpr std::array<std::pair<Algorithm, const char*>, 10> names{{{Algorithm::a
 
 // The cheapest that is exact for this mesh from every viewpoint. Power distances cost less than half of MPVO, their
 // proof from view to view counted, and are prepared in the same time; below `few` cells either takes no time.
-std::unique_ptr<Sorter> automatic(const mesh::Mesh& mesh, CurvedCells curved) {
+std::unique_ptr<Sorter> automatic(const mesh::Mesh& mesh, CurvedCells curved, Convexity found) {
   constexpr std::size_t few = 1000;
-  Convexity found = convexity(mesh, exteriorTriangles(mesh));
   if (!found.convex) return std::make_unique<Xmpvo>(mesh, curved);
   if (mesh.tetrahedral() && mesh.cell_count() >= few) {
     const Regularity lifted = regularity(mesh, {}, true);
@@ -61,12 +60,14 @@ std::string why(const Sorter& sorter, const Order& order) {
   return "cells of a cycle overlap in space, or were too many to be cut apart, and no order is right for them";
 }
 
-std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh, CurvedCells curved) {
+std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh, CurvedCells curved,
+                                   const Convexity* known) {
+  const auto found = [&] { return known != nullptr ? *known : convexity(mesh, exteriorTriangles(mesh)); };
   switch (algorithm) {
     case Algorithm::automatic:
-      return automatic(mesh, curved);
+      return automatic(mesh, curved, found());
     case Algorithm::mpvo:
-      return std::make_unique<Mpvo>(mesh, curved);
+      return std::make_unique<Mpvo>(mesh, found(), curved);
     case Algorithm::xmpvo:
       return std::make_unique<Xmpvo>(mesh, curved);
     case Algorithm::convexified:

@@ -79,7 +79,11 @@ std::string why(const Sorter& sorter, const Order& order);
 // cut. Both orders are right; cutting makes fewer pieces (see the README).
 enum class CurvedCells : std::uint8_t { cut, tetrahedra };
 
-// Throws Error when the algorithm cannot work on the mesh. `curved` is heeded by mpvo and xmpvo.
-std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh, CurvedCells curved = CurvedCells::cut);
+struct Convexity;  // convexity.h
+
+// Throws Error when the algorithm cannot work on the mesh. `curved` is heeded by mpvo and xmpvo. `convexity`: the
+// mesh's, where it is known, so that automatic and mpvo need not find it again.
+std::unique_ptr<Sorter> makeSorter(Algorithm algorithm, const mesh::Mesh& mesh, CurvedCells curved = CurvedCells::cut,
+                                   const Convexity* convexity = nullptr);
 
 }  // namespace spillikin::sort
