@@ -25,7 +25,7 @@ Vec3 cross(const Vec3& a, const Vec3& b) {
 }  // namespace
 
 Newell::Newell(const mesh::Mesh& mesh)
-    : mesh_(mesh), centre_(mesh.cell_count()), radius_(mesh.cell_count()), convex_(mesh.cell_count()) {
+    : mesh_(mesh), centre_(mesh.cell_count()), radius_(mesh.cell_count()), convex_(mesh.cell_count()), xmpvo_(mesh) {
   for (mesh::Id c = 0; c < mesh.cell_count(); ++c) {
     Vec3 mean(0.0);
     const auto vertices = mesh.vertices(c);
@@ -208,7 +208,7 @@ void Newell::operator()(const Viewpoint& viewpoint, Order& order) {
   order.layer_offset.clear();
   order.cuts.clear();
   order.cycles.clear();
-  order.exact = true;
+  order.exact = exact();
   measure(viewpoint);
   list_.resize(mesh_.cell_count());
   std::iota(list_.begin(), list_.end(), 0U);
@@ -243,15 +243,18 @@ void Newell::operator()(const Viewpoint& viewpoint, Order& order) {
 }
 
 void Newell::finish(const Viewpoint& viewpoint, Order& order) {
-  if (xmpvo_ == nullptr) xmpvo_ = std::make_unique<Xmpvo>(mesh_);
-  (*xmpvo_)(viewpoint, rest_);
+  xmpvo_(viewpoint, rest_);
   appendUnlisted(rest_, listed_, order);
+}
+
+std::string Newell::why() const {
+  return exact() ? "every pair of cells that could hide one another is tested exactly" : xmpvo_.why();
 }
 
 std::size_t Newell::bytes() const {
   std::size_t bytes = centre_.capacity() * sizeof(Vec3) + radius_.capacity() * sizeof(double) + convex_.capacity() +
                       extent_.capacity() * sizeof(Extent) + list_.capacity() * 4 + moved_.capacity() +
-                      listed_.capacity() + (xmpvo_ == nullptr ? 0 : xmpvo_->bytes());
+                      listed_.capacity() + xmpvo_.bytes();
   for (const auto& window : window_)
     bytes += window.capacity() * 4;
   return bytes;

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,8 @@ namespace spillikin::sort {
 // triangle of the first turned away and one of the second turned towards the viewpoint whose projections overlap,
 // exactly.
 //
-// Needs no adjacency and is exact for cells that do not overlap. A cell about to be moved a second time is in a cycle:
+// The list needs no adjacency and is exact for cells that do not overlap; whether exterior triangles cross is decided
+// once. A cell about to be moved a second time is in a cycle:
 // the rest of the list is then XMPVO's. Cost: O(n log n) and the pairs of cells that share a window and are not told
 // apart by depth, up to n^2; serial. For small meshes and for comparison.
 class Newell final : public Sorter {
@@ -28,8 +28,8 @@ class Newell final : public Sorter {
   explicit Newell(const mesh::Mesh& mesh);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::newell; }
-  std::string why() const override { return "every pair of cells that could hide one another is tested exactly"; }
-  bool exact() const override { return true; }
+  std::string why() const override;
+  bool exact() const override { return xmpvo_.exact(); }
   std::size_t bytes() const override;
 
  private:
@@ -64,7 +64,7 @@ class Newell final : public Sorter {
   std::vector<std::uint8_t> moved_, listed_;
   mesh::Surface surface_;
   std::vector<Half> halves_a_, halves_b_;
-  std::unique_ptr<Xmpvo> xmpvo_;
+  Xmpvo xmpvo_;  // also knows whether exterior triangles cross
   Order rest_;
 };
 
