@@ -213,7 +213,7 @@ TEST(Obscures, TurnsAreMadeRightFromAnyGuess) {
       signs(v);
       turns.begin([](std::uint32_t, int) { return Turn{7}; });
       ASSERT_TRUE(layered(signs, order, nullptr, turns.data()));
-      if (!turns.settle(v, layered)) continue;  // long chains of put off cells
+      if (!turns.settle(v, layered, {})) continue;  // long chains of put off cells
       ++settled;
       put_off += turns.putOff();
       by_turn(turns.turns(), order.cells);
@@ -512,7 +512,7 @@ TEST(BadInput, OneCellAndTwoDistantCells) {
 TEST(BadInput, OverlappingCellsAreNamed) {
   const mesh::Mesh into = mesh::build(tests::join(box(Vec3(0.0), Vec3(1.0)), box(Vec3(0.4, 0.5, 0.6), Vec3(2.0))));
   const mesh::Mesh beside = mesh::build(tests::join(box(Vec3(0.0), Vec3(1.0)), box(Vec3(1.0, 0.5, 0.6), Vec3(2.0))));
-  for (const Algorithm a : {Algorithm::xmpvo, Algorithm::bsp_xmpvo}) {
+  for (const Algorithm a : {Algorithm::xmpvo, Algorithm::bsp_xmpvo, Algorithm::newell}) {
     const auto sorter = makeSorter(a, into);
     EXPECT_FALSE(sorter->exact());
     EXPECT_NE(sorter->why().find("overlap"), std::string::npos) << sorter->why();

@@ -288,7 +288,7 @@ TEST(ProblemCells, PartsOfCurvedCellsAreInOrder) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   std::size_t parts = 0;
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 6; ++i) {
     const double jitter = 0.05 + 0.3 * unit(random);
     const mesh::Mesh mesh = mesh::build(i % 4 == 3   ? tests::twistedBar(3 + random() % 3, 1.0 + unit(random))
                                         : i % 4 == 2 ? tests::curvedBall(4 + random() % 3)
@@ -313,7 +313,7 @@ TEST(ProblemCells, PartsOfCurvedCellsAreInOrder) {
       }
     }
   }
-  EXPECT_GT(parts, 1000U);
+  EXPECT_GT(parts, 500U);
 }
 
 // The BSP tree is made of the two triangles of every exterior quadrilateral, cut for good by the diagonal from its

@@ -10,7 +10,6 @@
 #include "spillikin/sort/strong_components.h"
 
 namespace spillikin::sort {
-
 namespace {
 
 void nameCycle(const std::vector<mesh::Id>& nodes, const LayeredSort& layered, Order& order) {
@@ -33,39 +32,50 @@ void append(Order&& part, Order& order) {
   }
 }
 
-}  // namespace
+// The nodes that the layered sort left, their strong components, and the order of each that is a cycle.
+struct Left {
+  std::vector<mesh::Id> node;
+  Components components;  // of places in `node`
+  std::vector<Order> cut;
 
-bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
-                ProblemCells& problems, const Viewpoint& viewpoint, Order& order) {
-  std::vector<mesh::Id> left, index(layered.nodes(), mesh::none);
+  void nodes(std::size_t component, std::vector<mesh::Id>& out) const {
+    out.clear();
+    for (const std::uint32_t i : components[component])
+      out.push_back(node[i]);
+  }
+};
+
+void findComponents(const LayeredSort& layered, const Gaps* gaps, Left& left) {
+  std::vector<mesh::Id> index(layered.nodes(), mesh::none);
   for (mesh::Id node = 0; node < layered.nodes(); ++node) {
     if (!layered.left(node)) continue;
-    index[node] = static_cast<mesh::Id>(left.size());
-    left.push_back(node);
+    index[node] = static_cast<mesh::Id>(left.node.size());
+    left.node.push_back(node);
   }
-  const auto components = strongComponents(static_cast<std::uint32_t>(left.size()), [&](std::uint32_t i, auto&& f) {
-    layered.forEachAfter(left[i], [&](mesh::Id next) { f(index[next]); });
+  left.components = strongComponents(static_cast<std::uint32_t>(left.node.size()), [&](std::uint32_t i, auto&& f) {
+    layered.forEachAfter(left.node[i], [&](mesh::Id next) { f(index[next]); });
     if (gaps == nullptr) return;
-    for (const mesh::Id next : gaps->edges.after(layered.cell(left[i])))
+    for (const mesh::Id next : gaps->edges.after(layered.cell(left.node[i])))
       f(index[next]);
   });
-  const auto forNodes = [&](std::size_t k, std::vector<mesh::Id>& nodes) {
-    nodes.clear();
-    for (const std::uint32_t i : components[k])
-      nodes.push_back(left[i]);
-  };
-  // Cycles have nothing to do with one another.
+}
+
+Left cutCycles(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
+               ProblemCells& problems, const Viewpoint& viewpoint) {
+  Left left;
+  findComponents(layered, gaps, left);
   std::vector<std::uint32_t> cyclic;
-  for (std::uint32_t k = 0; k < components.size(); ++k) {
-    if (components[k].size() > 1) cyclic.push_back(k);
+  for (std::uint32_t k = 0; k < left.components.size(); ++k) {
+    if (left.components[k].size() > 1) cyclic.push_back(k);
   }
-  std::vector<Order> cut(cyclic.size());
+  left.cut.resize(cyclic.size());
+  // Cycles have nothing to do with one another.
   const auto work = [&](std::size_t begin, std::size_t end) {
     CycleCutter cutter(mesh, signs, viewpoint, gaps, problems, layered.parted());
     std::vector<mesh::Id> nodes;
     for (std::size_t i = begin; i < end; ++i) {
-      forNodes(cyclic[i], nodes);
-      cut[i].exact = cutter(nodes, cut[i]);
+      left.nodes(cyclic[i], nodes);
+      left.cut[i].exact = cutter(nodes, left.cut[i]);
     }
   };
   if (problems.subdivides()) {
@@ -74,20 +84,65 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cyclic.size()),
                       [&](const auto& range) { work(range.begin(), range.end()); });
   }
+  return left;
+}
+
+}  // namespace
+
+bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
+                ProblemCells& problems, const Viewpoint& viewpoint, Order& order) {
+  Left left = cutCycles(mesh, signs, layered, gaps, problems, viewpoint);
   bool right = true;
   std::vector<mesh::Id> nodes;
   std::size_t next = 0;
-  for (std::uint32_t k = 0; k < components.size(); ++k) {
-    forNodes(k, nodes);
+  for (std::uint32_t k = 0; k < left.components.size(); ++k) {
+    left.nodes(k, nodes);
     if (nodes.size() > 1) {
       nameCycle(nodes, layered, order);
-      right = cut[next].exact && right;
-      append(std::move(cut[next++]), order);
+      right = left.cut[next].exact && right;
+      append(std::move(left.cut[next++]), order);
       continue;
     }
     if (layered.parted() != nullptr) layered.parted()->addCut(nodes.front(), order);
     order.cells.push_back(layered.cell(nodes.front()));
     order.layer_offset.push_back(static_cast<std::uint32_t>(order.cells.size()));
+  }
+  return right;
+}
+
+bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, ProblemCells& problems,
+             const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties) {
+  Left left = cutCycles(mesh, signs, layered, nullptr, problems, viewpoint);
+  bool right = true;
+  ties.of.assign(layered.nodes(), mesh::none);
+  std::vector<mesh::Id> nodes;
+  for (std::uint32_t k = 0; k < left.components.size(); ++k) {
+    left.nodes(k, nodes);
+    Turn latest = 0;
+    for (const mesh::Id node : nodes)
+      latest = std::max(latest, turn[node]);
+    for (const mesh::Id node : nodes) {
+      turn[node] = latest;
+      layered.forEachAfter(node, [&](mesh::Id next) { turn[next] = std::max(turn[next], latest); });
+    }
+    if (nodes.size() == 1) {
+      order.cells.push_back(nodes.front());
+      continue;
+    }
+    nameCycle(nodes, layered, order);
+    const auto tie = static_cast<mesh::Id>(ties.nodes.size());
+    for (const mesh::Id node : nodes)
+      ties.of[node] = tie;
+    ties.nodes.push_back(nodes);
+    Order& cut = left.cut[tie];
+    right = cut.exact && right;
+    std::size_t at = 0;
+    for (std::uint32_t i = 0; i < cut.cells.size(); ++i) {
+      order.cells.push_back(static_cast<mesh::Id>(layered.nodes() + ties.pieces.size()));
+      ties.pieces.push_back({cut.cells[i], {}});
+      ties.tie_of_piece.push_back(tie);
+      if (at < cut.cuts.size() && cut.cuts[at].entry == i) ties.pieces.back().keep = std::move(cut.cuts[at++].keep);
+    }
   }
   return right;
 }

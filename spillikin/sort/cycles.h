@@ -1,6 +1,8 @@
 // What is left of a mesh when the queue runs dry: the cells in cycles and those behind them.
 #pragma once
 
+#include <vector>
+
 #include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/layered_sort.h"
 #include "spillikin/sort/problem_faces.h"
@@ -12,6 +14,26 @@ namespace spillikin::sort {
 // cutter gave up. Linear but for the cycles themselves; serial.
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
                 ProblemCells& problems, const Viewpoint& viewpoint, Order& order);
+
+// Cycles as one: their nodes share a turn.
+struct Ties {
+  std::vector<mesh::Id> of;                  // per node: its cycle, or none; empty where there is no cycle
+  std::vector<std::vector<mesh::Id>> nodes;  // of each cycle
+  std::vector<CellPiece> pieces;             // what was made of the cycles
+  std::vector<mesh::Id> tie_of_piece;
+  void clear() {
+    of.clear();
+    nodes.clear();
+    pieces.clear();
+    tie_of_piece.clear();
+  }
+};
+
+// As appendLeft, by faces alone and with turns: appends nodes and, for the pieces of cycles, ids after those of the
+// nodes; every node takes the latest turn of its own, of its cycle and of those before it. What is listed is right by
+// faces and inside cycles; ties keeps cycles together when nodes are put off.
+bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, ProblemCells& problems,
+             const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties);
 
 // The whole order by faces and by all edges across gaps (left in `edges`), with its layers; cycles are cut. Reads the
 // signs of the viewpoint and overwrites the order. Sets order.exact.

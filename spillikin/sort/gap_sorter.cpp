@@ -23,13 +23,21 @@ void GapSorter::begin(const Viewpoint& viewpoint, Order& order) {
 }
 
 void GapSorter::finish(const Viewpoint& viewpoint, Order& order) {
-  if (!layered_(signs_, order, nullptr, turns_.data(), &parted_) || !turns_.settle(viewpoint, layered_)) {
+  ties_.clear();
+  bool right = exact();
+  if (!layered_(signs_, order, nullptr, turns_.data(), &parted_)) {
+    right = tieLeft(mesh_, signs_, layered_, problems_, viewpoint, turns_.data(), order, ties_) && right;
+  }
+  if (!turns_.settle(viewpoint, layered_, ties_)) {
     orderByEdges(mesh_, signs_, layered_, gaps_, problems_, parted_, viewpoint, extra_, order);
     order.exact = order.exact && exact();
     return;
   }
+  problems_.end();
+  order.exact = right;
+  turns_.addPieces(ties_);
   by_turn_(turns_.turns(), order.cells);
-  parted_.list(order);
+  parted_.list(order, ties_.pieces);
   order.layer_offset.clear();
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "spillikin/sort/cycles.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/gap_turns.h"
@@ -36,6 +37,7 @@ class GapSorter : public Sorter {
   GapEdges gaps_;
   GapTurns turns_;
   TurnSort by_turn_;
+  Ties ties_;  // cycles of faces, in the last view
   ExtraEdges extra_;
   std::array<mesh::Id, 2> overlapping_;  // two cells, or none
 };

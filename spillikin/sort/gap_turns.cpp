@@ -106,20 +106,42 @@ void GapTurns::addAbutting(const Viewpoint& viewpoint) {
   }
 }
 
+// Whether a cycle holds what comes first of the one cell and a part of the other.
+bool GapTurns::tied(mesh::Id exit, mesh::Id entry, const Ties& ties) const {
+  if (ties.of.empty() || ties.of[exit] == mesh::none) return false;
+  const auto with = [&](mesh::Id node) { return ties.of[node] == ties.of[exit]; };
+  const auto slivers = parted_.slivers(entry);
+  return with(entry) || std::any_of(slivers.begin(), slivers.end(),
+                                    [&](const PartedCells::Sliver& s) { return with(parted_.node(s)); });
+}
+
+void GapTurns::addPieces(const Ties& ties) {
+  for (const mesh::Id tie : ties.tie_of_piece)
+    turn_.push_back(turn_[ties.nodes[tie].front()]);
+}
+
 // Puts off the exits found, with all cells before them, and notes which entries are to be looked at again. False when
 // turns run out.
-bool GapTurns::putOffFound(const LayeredSort& layered) {
+bool GapTurns::putOffFound(const LayeredSort& layered, const Ties& ties) {
   const auto& triangles = gaps_.tree().triangles();
   raised_.clear();
-  const auto put = [&](mesh::Id cell, Turn least) {
-    if (turn_[cell] >= least) return;
-    turn_[cell] = least;
-    raised_.push_back(cell);
+  const auto putOne = [&](mesh::Id node, Turn least) {
+    if (turn_[node] >= least) return;
+    turn_[node] = least;
+    raised_.push_back(node);
+  };
+  const auto put = [&](mesh::Id node, Turn least) {
+    if (ties.of.empty() || ties.of[node] == mesh::none) {
+      putOne(node, least);
+      return;
+    }
+    for (const mesh::Id with : ties.nodes[ties.of[node]])
+      putOne(with, least);
   };
   for (const auto& found : found_) {
     for (const auto& [exit, entry] : found) {
       const Turn turn = lastTurn(triangles[entry].cell);
-      if (turn + 1 >= ExteriorTree::never) return false;
+      if (turn + 1 >= ExteriorTree::never || tied(triangles[exit].cell, triangles[entry].cell, ties)) return false;
       ++put_off_;
       put(triangles[exit].cell, static_cast<Turn>(turn + 1));
     }
@@ -141,7 +163,7 @@ bool GapTurns::putOffFound(const LayeredSort& layered) {
   return true;
 }
 
-bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered) {
+bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties) {
   const auto& triangles = gaps_.tree().triangles();
   searched_ = put_off_ = 0;
   // An exit with an earlier guess than the entry is farther on every ray, one whose cell comes later is right.
@@ -155,7 +177,7 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered) {
     addAbutting(viewpoint);
     const bool any = std::any_of(found_.begin(), found_.end(), [](const auto& found) { return !found.empty(); });
     if (!any) return true;
-    if (!putOffFound(layered)) return false;
+    if (!putOffFound(layered, ties)) return false;
     searchOpen(viewpoint);
   }
   return false;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "spillikin/sort/cycles.h"
 #include "spillikin/sort/gap_edges.h"
 #include "spillikin/sort/layered_sort.h"
 #include "spillikin/sort/turns.h"
@@ -58,8 +59,11 @@ class GapTurns {
   Turn* data() { return turn_.data(); }
   const std::vector<Turn>& turns() const { return turn_; }
 
-  // After the queue has listed all cells: makes the turns right. False when it gave up.
-  bool settle(const Viewpoint& viewpoint, const LayeredSort& layered);
+  // After the queue has listed all cells: makes the turns right. `ties`: cycles, whose nodes keep a common turn. False
+  // when it gave up.
+  bool settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties);
+  // The turns of the pieces of cycles, after those of the nodes.
+  void addPieces(const Ties& ties);
 
   std::size_t searched() const { return searched_; }  // entries, in the last view
   std::size_t putOff() const { return put_off_; }     // pairs that were in the wrong order, in the last view
@@ -75,7 +79,8 @@ class GapTurns {
               std::vector<Pair>& found) const;
   void searchAll(const Viewpoint& viewpoint);
   void searchOpen(const Viewpoint& viewpoint);
-  bool putOffFound(const LayeredSort& layered);
+  bool tied(mesh::Id exit, mesh::Id entry, const Ties& ties) const;
+  bool putOffFound(const LayeredSort& layered, const Ties& ties);
   void addAbutting(const Viewpoint& viewpoint);
 
   const mesh::Mesh& mesh_;

@@ -254,16 +254,22 @@ void PartedCells::keep(mesh::Id node, std::vector<HalfSpace>& out) const {
   }
 }
 
-void PartedCells::list(Order& order) const {
+void PartedCells::list(Order& order, std::span<const CellPiece> pieces) const {
   std::size_t cuts = 0;
-  if (any()) {
+  if (any() || !pieces.empty()) {
     for (std::size_t i = 0; i < order.cells.size(); ++i) {
       const mesh::Id node = order.cells[i];
-      if (node < mesh_.cell_count() && group_[node] == unset) continue;
+      if (node < mesh_.cell_count() && slivers(node).empty()) continue;
+      const CellPiece* piece = node < nodes() ? nullptr : &pieces[node - nodes()];
+      order.cells[i] = piece == nullptr ? cell(node) : piece->cell;
+      if (piece != nullptr && piece->keep.empty()) continue;
       if (cuts == order.cuts.size()) order.cuts.emplace_back();
       order.cuts[cuts].entry = static_cast<std::uint32_t>(i);
-      keep(node, order.cuts[cuts++].keep);
-      order.cells[i] = cell(node);
+      if (piece == nullptr) {
+        keep(node, order.cuts[cuts++].keep);
+      } else {
+        order.cuts[cuts++].keep = piece->keep;
+      }
     }
   }
   order.cuts.resize(cuts);

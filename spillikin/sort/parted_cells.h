@@ -13,6 +13,12 @@
 
 namespace spillikin::sort {
 
+// A cell inside half-spaces.
+struct CellPiece {
+  mesh::Id cell;
+  std::vector<HalfSpace> keep;
+};
+
 // Through a problem face rays leave the problem cell P by the triangle S, cross the other cell B and enter P again by
 // the triangle T (problem_faces.h), which makes P and B a cycle of two. P is nonconvex there: S and with it a thin part
 // of P, a sliver, lie on the viewpoint's side of the plane of T, which every ray crosses once. Cut by that plane, the
@@ -73,8 +79,8 @@ class PartedCells {
       f(edge.to);
   }
 
-  // Replaces nodes by cells in the order and writes its cuts, for all that it lists.
-  void list(Order& order) const;
+  // Replaces nodes by cells in the order and writes its cuts, for all that it lists; ids from nodes() on are `pieces`.
+  void list(Order& order, std::span<const CellPiece> pieces = {}) const;
   // Of a node that is to be listed next.
   void addCut(mesh::Id node, Order& order) const;
   // The half-spaces of a node; it is the cell inside all of them.
