@@ -297,6 +297,25 @@ TEST(Obscures, ConvexifiedHoldsBoundariesThatTouch) {
   }
 }
 
+// Where only diagonals are crossed nothing has to be filled, and auto knows it; where more is open it does not ask
+// TetGen.
+TEST(Obscures, AutoMatchesCrossedDiagonals) {
+  const mesh::Source beside = shifted(mirrored(tests::tetrahedronGrid(1), 1.0), Vec3(1.0, 0.0, 0.0));
+  const mesh::Mesh matched = mesh::build(tests::join(tests::hexahedronGrid(1), beside));
+  const auto sorter = makeSorter(Algorithm::automatic, matched);
+  ASSERT_EQ(sorter->algorithm(), Algorithm::convexified);
+  EXPECT_NE(sorter->why().find("crossed diagonals"), std::string::npos) << sorter->why();
+  Order order;
+  for (const Viewpoint& v : someViews(92)) {
+    SCOPED_TRACE(testing::Message() << v.x << ' ' << v.y << ' ' << v.z << ' ' << v.w);
+    (*sorter)(v, order);
+    EXPECT_TRUE(order.exact);
+    expectAllPairs(matched, v, order);
+  }
+  const mesh::Mesh apart = mesh::build(tests::join(tests::hexahedronGrid(1), shifted(beside, Vec3(0.5, 0.0, 0.0))));
+  EXPECT_EQ(makeSorter(Algorithm::automatic, apart)->algorithm(), Algorithm::xmpvo);
+}
+
 TEST(Obscures, ConvexifiedRefusesAnExteriorThatCrossesItself) {
   const mesh::Mesh mesh =
       mesh::build(tests::join(tests::hexahedronGrid(1), shifted(tests::hexahedronGrid(1), Vec3(0.5, 0.4, 0.3))));

@@ -18,6 +18,7 @@
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
 #include "spillikin/render/memory.h"
+#include "spillikin/sort/convexified.h"
 #include "spillikin/sort/convexity.h"
 
 namespace spillikin::render {
@@ -122,6 +123,7 @@ struct Session::Impl {
   void warnOfFolds();
   void chooseCompositor();
   bool certificateWillDo();
+  void keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, const Clock& since);
   Sorted& sort(bool behind_certificate);
   void warn(std::string line);
   std::string called() const { return mesh.name.empty() ? "the mesh" : mesh.name; }
@@ -231,8 +233,18 @@ bool Session::Impl::certificateWillDo() {
     const Box box = boundingBox(mesh);
     extent = glm::length(box.upper - box.lower);
     convexity = sort::convexity(drawnMesh(), sort::exteriorTriangles(drawnMesh()));
+    const Clock timer;
+    if (!convexity->convex && !asked.sorter) keep(asked, sort::Convexified::withoutFilling(drawnMesh()), timer);
   }
-  return !convexity->convex && densest * extent * grain <= hidden_light;
+  const bool gaps = !convexity->convex && !(asked.sorter && asked.sorter->algorithm() == sort::Algorithm::convexified);
+  return gaps && densest * extent * grain <= hidden_light;
+}
+
+void Session::Impl::keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, const Clock& since) {
+  if (!sorter) return;
+  sorted.sorter = std::move(sorter);
+  sorted.prepare_seconds = since.seconds();
+  stats.bytes_per_cell += static_cast<double>(sorted.sorter->bytes()) / static_cast<double>(mesh.cell_count());
 }
 
 Sorted& Session::Impl::sort(bool behind_certificate) {
@@ -240,10 +252,10 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
   if (crowded) quick = {};  // not asked for again until the mesh changes
   if (!s.sorter) {
     const Clock timer;
-    s.sorter = sort::makeSorter(behind_certificate ? sort::Algorithm::mpvonc : engine.sort, drawnMesh(),
-                                sort::CurvedCells::cut, convexity ? &*convexity : nullptr);
-    s.prepare_seconds = timer.seconds();
-    stats.bytes_per_cell += static_cast<double>(s.sorter->bytes()) / static_cast<double>(mesh.cell_count());
+    keep(s,
+         sort::makeSorter(behind_certificate ? sort::Algorithm::mpvonc : engine.sort, drawnMesh(),
+                          sort::CurvedCells::cut, convexity ? &*convexity : nullptr),
+         timer);
   }
   if (!s.ordered) {
     const Clock timer;

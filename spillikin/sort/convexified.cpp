@@ -45,6 +45,27 @@ Convexified::Convexified(const mesh::Mesh& mesh) : cells_(mesh.cell_count()) {
   mpvo_ = std::make_unique<Mpvo>(*filled_, std::move(filled));
 }
 
+Convexified::Convexified(const mesh::Mesh& mesh, std::size_t crossed, std::unique_ptr<mesh::Mesh> filled,
+                         Convexity convexity)
+    : cells_(mesh.cell_count()),
+      crossed_(crossed),
+      filled_(std::move(filled)),
+      mpvo_(std::make_unique<Mpvo>(*filled_, std::move(convexity))) {}
+
+std::unique_ptr<Convexified> Convexified::withoutFilling(const mesh::Mesh& mesh) {
+  bool triangles = false, quads = false;
+  for (const auto& cells : mesh.triangle_cells)
+    triangles = triangles || cells[1] == mesh::none;
+  for (const auto& cells : mesh.quad_cells)
+    quads = quads || cells[1] == mesh::none;
+  if (!triangles || !quads) return nullptr;
+  std::size_t crossed = 0;
+  auto solid = std::make_unique<mesh::Mesh>(withFillableOutside(mesh, crossed));
+  Convexity found = convexity(*solid, exteriorTriangles(*solid));
+  if (!found.convex) return nullptr;
+  return std::unique_ptr<Convexified>(new Convexified(mesh, crossed, std::move(solid), std::move(found)));
+}
+
 void Convexified::operator()(const Viewpoint& viewpoint, Order& order) {
   (*mpvo_)(viewpoint, order);
   // Layers and cuts move up as filling cells are taken out.
@@ -56,7 +77,7 @@ void Convexified::operator()(const Viewpoint& viewpoint, Order& order) {
     const bool keep = order.cells[i] < cells_;
     if (cut < order.cuts.size() && order.cuts[cut].entry == i) {
       if (keep) {
-        if (cuts_kept != cut) order.cuts[cuts_kept] = std::move(order.cuts[cut]);
+        if (cuts_kept != cut) std::swap(order.cuts[cuts_kept], order.cuts[cut]);
         order.cuts[cuts_kept++].entry = static_cast<std::uint32_t>(kept);
       }
       ++cut;
@@ -75,6 +96,9 @@ void Convexified::operator()(const Viewpoint& viewpoint, Order& order) {
 }
 
 std::string Convexified::why() const {
+  if (fillingCells() == 0 && crossed_ > 0) {
+    return "the mesh is convex once " + std::to_string(crossed_) + " faces with crossed diagonals count as matching";
+  }
   return "the space around the mesh is filled with " + std::to_string(fillingCells()) +
          " cells that are never drawn, which makes it convex" +
          (crossed_ == 0 ? "" : "; " + std::to_string(crossed_) + " faces with crossed diagonals count as matching");

@@ -19,6 +19,10 @@ namespace spillikin::sort {
 class Convexified final : public Sorter {
  public:
   explicit Convexified(const mesh::Mesh& mesh);
+  // Nothing, unless the mesh is convex once faces with crossed diagonals match, so that nothing need be filled: where
+  // hexahedra lie on pyramids and tetrahedra. Cost: that of building the mesh, where it has exterior faces of both
+  // kinds.
+  static std::unique_ptr<Convexified> withoutFilling(const mesh::Mesh& mesh);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::convexified; }
   std::string why() const override;
@@ -28,6 +32,8 @@ class Convexified final : public Sorter {
   std::size_t fillingCells() const { return filled_->cell_count() - cells_; }
 
  private:
+  Convexified(const mesh::Mesh& mesh, std::size_t crossed, std::unique_ptr<mesh::Mesh> filled, Convexity convexity);
+
   std::size_t cells_;        // of the mesh; those after them fill
   std::size_t crossed_ = 0;  // faces (split_exterior.h)
   std::unique_ptr<mesh::Mesh> filled_;
