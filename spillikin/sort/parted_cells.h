@@ -36,8 +36,7 @@ struct CellPiece {
 // Cost of a view: linear in the problem faces, on all cores but for lists. Kept: 8 bytes a cell.
 class PartedCells {
  public:
-  // A part of a plane's worth: what lies of `cell` beyond the planes of the slivers of the cell before this one and on
-  // the viewpoint's side of its own.
+  // What lies of `cell` beyond the planes of its slivers before this one and on the viewpoint's side of its own.
   struct Sliver {
     mesh::Id cell, face;
     HalfSpace near;  // the viewpoint's side of the plane of T

@@ -54,7 +54,9 @@ struct Order {
   std::vector<std::uint32_t>
       layer_offset;  // empty, or starts of runs of cells that do not obscure each other, and the end
   std::vector<Cut> cuts;
-  std::vector<std::vector<mesh::Id>> cycles;  // strongly connected cells that were found, before any cut
+  // Strongly connected cells that were found, before any cut of theirs. What one curved face does between two cells is
+  // none: the problem cell is in parts from the start (parted_cells.h).
+  std::vector<std::vector<mesh::Id>> cycles;
   Problems problems;
   bool exact = false;  // proven right for this mesh and viewpoint
 };
