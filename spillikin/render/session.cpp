@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <oneapi/tbb/task_group.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
@@ -124,7 +125,9 @@ struct Session::Impl {
   void chooseCompositor();
   bool certificateWillDo();
   void keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, const Clock& since);
+  Sorted& sorter(bool behind_certificate);
   Sorted& sort(bool behind_certificate);
+  void sortAndPrepare(bool behind_certificate, const composite::Frame& frame);
   void warn(std::string line);
   std::string called() const { return mesh.name.empty() ? "the mesh" : mesh.name; }
 };
@@ -247,7 +250,7 @@ void Session::Impl::keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, c
   stats.bytes_per_cell += static_cast<double>(sorted.sorter->bytes()) / static_cast<double>(mesh.cell_count());
 }
 
-Sorted& Session::Impl::sort(bool behind_certificate) {
+Sorted& Session::Impl::sorter(bool behind_certificate) {
   Sorted& s = behind_certificate ? quick : asked;
   if (crowded) quick = {};  // not asked for again until the mesh changes
   if (!s.sorter) {
@@ -257,6 +260,11 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
                           sort::CurvedCells::cut, convexity ? &*convexity : nullptr),
          timer);
   }
+  return s;
+}
+
+Sorted& Session::Impl::sort(bool behind_certificate) {
+  Sorted& s = sorter(behind_certificate);
   if (!s.ordered) {
     const Clock timer;
     s.order.problems = {};
@@ -280,6 +288,20 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
                          "which this order, quicker than an exact one, is wrong"
                        : sort::why(*s.sorter, s.order);
   return s;
+}
+
+// A sort leaves cores idle where its layers are small; what of the frame needs no order is done there meanwhile.
+void Session::Impl::sortAndPrepare(bool behind_certificate, const composite::Frame& frame) {
+  tbb::task_group beside;
+  beside.run([&] { compositor->prepare(frame); });
+  try {
+    sort(behind_certificate);
+  } catch (...) {
+    beside.cancel();
+    beside.wait();
+    throw;
+  }
+  beside.wait();
 }
 
 Session::Session(mesh::Source source, const Engine& engine) : impl_(std::make_unique<Impl>()) {
@@ -358,10 +380,11 @@ void Session::draw(Image& image) {
   if (image.rgba.size() < 4 * pixels) requireImageMemory(s.view, availableBytes());
   s.chooseCompositor();
   const bool behind_certificate = s.certificateWillDo();
-  const Sorted& sorted = s.sort(behind_certificate);
+  const Sorted& sorted = s.sorter(behind_certificate);
   const composite::Frame frame{s.drawnMesh(), s.drawnField(), s.transfer_function,
                                *s.camera,     sorted.order,   s.engine.integration,
                                s.drew_mesh,   s.drew_field,   s.drew_transfer_function};
+  s.sortAndPrepare(behind_certificate, frame);
   const composite::FrameStats drawn = s.compositor->draw(frame, image);
   s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
   s.stats.project.seconds = drawn.project_seconds;
