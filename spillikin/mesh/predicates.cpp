@@ -92,8 +92,12 @@ int filteredLift(const std::array<Vec3, 4>& r, const std::array<double, 4>& h) {
 
 }  // namespace
 
+int orient3dFiltered(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return filteredSign(b - a, c - a, d - a);
+}
+
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  const int sign = filteredSign(b - a, c - a, d - a);
+  const int sign = orient3dFiltered(a, b, c, d);
   if (sign != 2) return sign;
   return signOf(determinant(exactDifference(b, a), exactDifference(c, a), exactDifference(d, a)));
 }

@@ -12,6 +12,9 @@ namespace spillikin::mesh {
 // Cost: some 30 flops when the filter decides, about a microsecond otherwise. Arguments must be finite.
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
+// The same where the filter decides, or 2: for callers that can do without an answer.
+int orient3dFiltered(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
 // Sign of det[b - a, c - a, v]: on which side of the plane direction v leads.
 int orientDirection(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v);
 

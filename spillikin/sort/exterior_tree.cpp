@@ -16,8 +16,9 @@ namespace {
 constexpr float margin = 0x1p-17F;
 // Below this sine an edge and the line of sight are taken for parallel and their plane is not used.
 constexpr double least_sine = 1e-7;
-// Triangles near a plane, after which nothing found beyond it proves nothing: large flat sides would ask for all pairs.
-constexpr std::size_t most_asked = 64;
+// Triangles at a plane or beyond, after which none found to meet proves nothing: large flat sides would ask for all
+// pairs.
+constexpr std::size_t most_asked = 128;
 
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -145,15 +146,7 @@ void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, 
   searchTree(nodes_.data(), turns_.data(), levels_.data(), levels_.size(), planes, first, last, out);
 }
 
-bool ExteriorTree::cornerBeyond(const ExteriorTriangle& plane, std::size_t other) const {
-  const auto& c = plane.corner;
-  return std::any_of(triangles_[other].corner.begin(), triangles_[other].corner.end(), [&](mesh::Id v) {
-    if (v == c[0] || v == c[1] || v == c[2]) return false;
-    return mesh::orient3d(mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]], mesh_.points[v]) > 0;
-  });
-}
-
-bool ExteriorTree::anyBeyond(std::size_t t) const {
+bool ExteriorTree::anyBeyond(std::size_t t, const std::function<bool(std::uint32_t)>& meets) const {
   const Triangle p = corners(t);
   const Vec3 n = spanned(p[1] - p[0], p[2] - p[0]);
   if (n == Vec3(0.0)) return true;  // a sliver: rather searched for in vain
@@ -177,7 +170,7 @@ bool ExteriorTree::anyBeyond(std::size_t t) const {
       if (top <= -margin) continue;
       const std::size_t box = wide * node + j;
       if (level == 0) {
-        if (left-- == 0 || cornerBeyond(triangles_[t], box)) return true;
+        if (left-- == 0 || meets(static_cast<std::uint32_t>(box))) return true;
         continue;
       }
       stack.emplace_back(level - 1, box);

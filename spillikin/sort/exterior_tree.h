@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -93,10 +94,9 @@ class ExteriorTree {
   void inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn first, Turn last,
                std::vector<std::uint32_t>& out) const;
 
-  // Whether any corner of any triangle may lie strictly on the side of triangle t that its normal points to: if none
-  // does, no ray that leaves the mesh through t enters it again. False is certain, by exact tests; true where too many
-  // triangles lie near the plane to ask them all. Cost: logarithmic.
-  bool anyBeyond(std::size_t t) const;
+  // Whether meets(other) holds for any triangle, of those that may reach to the plane of triangle t or to the side that
+  // its normal points to. False is certain; true where too many are there to ask them all. Cost: logarithmic.
+  bool anyBeyond(std::size_t t, const std::function<bool(std::uint32_t)>& meets) const;
 
   // Pairs of triangles that cross each other properly, an edge of one through the inside of the other (exact): cells
   // overlap there. At most `most` of them, the first by index. Cost: as b searches, on all cores.
@@ -111,7 +111,6 @@ class ExteriorTree {
 
   void build();
   void crossed(std::size_t t, std::vector<std::pair<std::uint32_t, std::uint32_t>>& out) const;
-  bool cornerBeyond(const ExteriorTriangle& plane, std::size_t other) const;
 
   const mesh::Mesh& mesh_;
   std::vector<ExteriorTriangle> triangles_;

@@ -83,29 +83,49 @@ std::span<const std::uint32_t> GapEdges::trianglesOf(mesh::Id cell) const {
   return {by_cell_.data() + first_of_[cell], by_cell_.data() + first_of_[cell + 1]};
 }
 
-// Does the other triangle lie beside the plane of this one, all on the side asked for (1 the viewpoint's) or in the
-// plane, but not all in it?
-bool GapEdges::beside(std::uint32_t triangle, std::uint32_t other, int side) const {
+// Does the other triangle lie on the mesh's side of the plane of this one, partly in it at most? Rays that leave or
+// enter the mesh through this one do not meet it then. What neighbours share lies in the plane.
+template <class Orient>
+GapEdges::Beside GapEdges::within(std::uint32_t triangle, std::uint32_t other, const Orient& orient) const {
   const auto& corner = tree_.triangles()[triangle].corner;
   const Triangle plane = tree_.corners(triangle);
-  const int wanted = sign(triangle) * side;
-  bool any = false;
+  bool any = false, unsure = false;
   for (const mesh::Id v : tree_.triangles()[other].corner) {
-    if (v == corner[0] || v == corner[1] || v == corner[2]) continue;  // what neighbours share lies in the plane
-    const int s = mesh::orient3d(plane[0], plane[1], plane[2], mesh_.points[v]);
-    if (s == -wanted) return false;
-    any = any || s == wanted;
+    if (v == corner[0] || v == corner[1] || v == corner[2]) continue;
+    const int s = orient(plane[0], plane[1], plane[2], mesh_.points[v]);
+    if (s == 1) return Beside::no;
+    any = any || s == -1;
+    unsure = unsure || s == 2;
   }
-  return any;
+  return unsure ? Beside::unsure : any ? Beside::yes : Beside::no;
+}
+
+// Does one of them not reach beyond the plane of the other?
+bool GapEdges::turnedAway(std::uint32_t a, std::uint32_t b) const {
+  return within(a, b, mesh::orient3d) == Beside::yes || within(b, a, mesh::orient3d) == Beside::yes;
+}
+
+bool GapEdges::facesAny(std::uint32_t t) const {
+  return tree_.anyBeyond(t, [&](std::uint32_t other) {
+    return tree_.triangles()[other].cell != tree_.triangles()[t].cell && (oneFace(t, other) || !turnedAway(t, other));
+  });
 }
 
 bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const {
+  const bool one_face = oneFace(exit, entry);
+  // First what is cheap and leaves out most: where rounding does not decide, later.
+  Beside front = Beside::no, back = Beside::no;
+  if (!one_face) {
+    front = within(exit, entry, mesh::orient3dFiltered);
+    if (front == Beside::yes) return false;
+    back = within(entry, exit, mesh::orient3dFiltered);
+    if (back == Beside::yes) return false;
+  }
   const Triangle a = tree_.corners(exit), b = tree_.corners(entry);
   const int s = sign(exit), t = sign(entry);
-  const bool one_face = partner_[exit] != mesh::none && partner_[exit] == partner_[entry];
-  // First what is cheap and leaves out most.
   if (!seenTogether(a, b, viewpoint, std::min(sliver(a), sliver(b)))) return false;
-  if (!one_face && (beside(exit, entry, 1) || beside(entry, exit, -1))) return false;
+  const bool unsure = front == Beside::unsure || back == Beside::unsure;
+  if (unsure && turnedAway(exit, entry)) return false;
   if (!one_face && nearer(a, s, b, t, viewpoint) < 0) return false;
   return projectionsOverlap(a, s, b, t, viewpoint);
 }

@@ -31,6 +31,10 @@ class GapEdges {
   // Does a ray leave through `exit` (turned away) and then enter through `entry` (turned towards the viewpoint)?
   bool related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const;
 
+  // Whether related() can be true of t and any other triangle, as exit or entry, from any viewpoint: each of the two
+  // must reach beyond the other's plane. False is certain; true where too many triangles lie near. Cost: logarithmic.
+  bool facesAny(std::uint32_t t) const;
+
   const ExteriorTree& tree() const { return tree_; }
   ExteriorTree& tree() { return tree_; }
   // Pairs of exterior triangles of different cells that are taken for one face; few.
@@ -44,7 +48,13 @@ class GapEdges {
 
  private:
   void pairNonmatching();
-  bool beside(std::uint32_t triangle, std::uint32_t other, int side) const;
+  enum class Beside : std::uint8_t { no, yes, unsure };
+  template <class Orient>
+  Beside within(std::uint32_t triangle, std::uint32_t other, const Orient& orient) const;
+  bool turnedAway(std::uint32_t a, std::uint32_t b) const;
+  bool oneFace(std::uint32_t a, std::uint32_t b) const {
+    return partner_[a] != mesh::none && partner_[a] == partner_[b];
+  }
 
   const mesh::Mesh& mesh_;
   const FaceSigns& signs_;

@@ -15,13 +15,13 @@ GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& pa
     : mesh_(mesh),
       gaps_(gaps),
       parted_(parted),
-      outermost_(gaps.tree().triangles().size()),
-      guess_(outermost_.size()),
+      alone_(gaps.tree().triangles().size()),
+      guess_(alone_.size()),
       turn_(mesh.cell_count()) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, outermost_.size(), 256),
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, alone_.size(), 256),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t t = range.begin(); t < range.end(); ++t)
-                        outermost_[t] = gaps_.tree().anyBeyond(t) ? 0 : 1;
+                        alone_[t] = gaps_.facesAny(static_cast<std::uint32_t>(t)) ? 0 : 1;
                     });
 }
 
@@ -44,7 +44,7 @@ Turn GapTurns::lastTurn(mesh::Id cell) const {
 
 // May an exit before it come too early?
 bool GapTurns::open(std::uint32_t entry) const {
-  return gaps_.sign(entry) > 0 && lastTurn(gaps_.tree().triangles()[entry].cell) >= guess_[entry];
+  return gaps_.sign(entry) > 0 && alone_[entry] == 0 && lastTurn(gaps_.tree().triangles()[entry].cell) >= guess_[entry];
 }
 
 void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
@@ -169,7 +169,7 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, co
   // An exit with an earlier guess than the entry is farther on every ray, one whose cell comes later is right.
   gaps_.tree().setTurns(
       [&](std::uint32_t t) {
-        return gaps_.sign(t) < 0 && outermost_[t] == 0 ? turn_[triangles[t].cell] : ExteriorTree::never;
+        return gaps_.sign(t) < 0 && alone_[t] == 0 ? turn_[triangles[t].cell] : ExteriorTree::never;
       },
       [&](std::uint32_t t) { return guess_[t]; });
   searchAll(viewpoint);
@@ -184,7 +184,7 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, co
 }
 
 std::size_t GapTurns::bytes() const {
-  std::size_t bytes = outermost_.capacity() + 2 * (guess_.capacity() + turn_.capacity()) +
+  std::size_t bytes = alone_.capacity() + 2 * (guess_.capacity() + turn_.capacity()) +
                       4 * (open_.capacity() + raised_.capacity()) + searches_.capacity() * sizeof(std::size_t);
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(Pair);

@@ -17,8 +17,8 @@ namespace spillikin::sort {
 // Instead of finding every pair of cells that lie behind one another across empty space, as GapEdges does, a guess is
 // proven. It gives every exit (an exterior triangle turned away from the viewpoint) and every entry (turned towards it)
 // a turn, such that an exit that lies before an entry on some ray has no earlier turn. A cell takes the turn of its
-// exits and of all cells behind it (LayeredSort); exits on the convex hull, behind which nothing can lie, are left out.
-// Then:
+// exits and of all cells behind it (LayeredSort). Exits and entries that face no other exterior triangle
+// (GapEdges::facesAny), as on the convex hull, are left out. Then:
 //
 // 1. An entry whose cell has an earlier turn than the entry itself comes before every exit in front of it: nothing is
 //    to be done. These are nearly all.
@@ -49,7 +49,7 @@ class GapTurns {
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (auto t = static_cast<std::uint32_t>(range.begin()); t < range.end(); ++t) {
                           const int s = gaps_.sign(t);
-                          const bool asked = s > 0 || (s < 0 && outermost_[t] == 0);
+                          const bool asked = s != 0 && alone_[t] == 0;
                           guess_[t] = asked ? guess(t, s) : ExteriorTree::never;
                           if (s < 0 && asked) raise(turn_[triangles[t].cell], guess_[t]);
                         }
@@ -86,9 +86,9 @@ class GapTurns {
   const mesh::Mesh& mesh_;
   GapEdges& gaps_;
   const PartedCells& parted_;
-  std::vector<std::uint8_t> outermost_;  // per exterior triangle: nonzero when nothing lies beyond it
-  std::vector<Turn> guess_;              // per exterior triangle
-  std::vector<Turn> turn_;               // per cell, and per sliver
+  std::vector<std::uint8_t> alone_;  // per exterior triangle: nonzero when it faces no other
+  std::vector<Turn> guess_;          // per exterior triangle
+  std::vector<Turn> turn_;           // per cell, and per sliver
   std::vector<std::vector<Pair>> found_;
   std::vector<std::size_t> searches_;  // per block of triangles
   std::vector<std::uint32_t> open_;    // entries to look at again
