@@ -213,7 +213,7 @@ TEST(Obscures, TurnsAreMadeRightFromAnyGuess) {
       signs(v);
       turns.begin([](std::uint32_t, int) { return Turn{7}; });
       ASSERT_TRUE(layered(signs, order, nullptr, turns.data()));
-      if (!turns.settle(v, layered, {})) continue;  // long chains of put off cells
+      if (!turns.settle(v, layered, {}, {})) continue;  // long chains of put off cells
       ++settled;
       put_off += turns.putOff();
       by_turn(turns.turns(), order.cells);

@@ -110,9 +110,34 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
   return right;
 }
 
-bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, ProblemCells& problems,
-             const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties) {
-  Left left = cutCycles(mesh, signs, layered, nullptr, problems, viewpoint);
+void groupCycles(const mesh::Mesh& mesh, const LayeredSort& layered, const Gaps* gaps, std::vector<mesh::Id>& group) {
+  Left left;
+  findComponents(layered, gaps, left);
+  group.assign(mesh.cell_count(), mesh::none);
+  std::vector<mesh::Id> joined(left.components.size());  // an earlier cycle with parts of the same cells, or itself
+  const auto first = [&](mesh::Id k) {
+    while (joined[k] != k)
+      k = joined[k];
+    return k;
+  };
+  std::vector<mesh::Id> nodes;
+  for (mesh::Id k = 0; k < left.components.size(); ++k) {
+    joined[k] = k;
+    left.nodes(k, nodes);
+    if (nodes.size() < 2) continue;
+    for (const mesh::Id node : nodes) {
+      mesh::Id& of = group[layered.cell(node)];
+      if (of != mesh::none) joined[std::max(first(of), first(k))] = std::min(first(of), first(k));
+      of = of == mesh::none ? k : of;
+    }
+  }
+  for (mesh::Id& of : group)
+    of = of == mesh::none ? of : first(of);
+}
+
+bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
+             ProblemCells& problems, const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties) {
+  Left left = cutCycles(mesh, signs, layered, gaps, problems, viewpoint);
   bool right = true;
   ties.of.assign(layered.nodes(), mesh::none);
   std::vector<mesh::Id> nodes;
@@ -124,6 +149,9 @@ bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& 
     for (const mesh::Id node : nodes) {
       turn[node] = latest;
       layered.forEachAfter(node, [&](mesh::Id next) { turn[next] = std::max(turn[next], latest); });
+      if (gaps == nullptr) continue;
+      for (const mesh::Id next : gaps->edges.after(layered.cell(node)))
+        turn[next] = std::max(turn[next], latest);
     }
     if (nodes.size() == 1) {
       order.cells.push_back(nodes.front());

@@ -29,11 +29,16 @@ struct Ties {
   }
 };
 
-// As appendLeft, by faces alone and with turns: appends nodes and, for the pieces of cycles, ids after those of the
+// As appendLeft, with turns: appends nodes and, for the pieces of cycles, ids after those of the
 // nodes; every node takes the latest turn of its own, of its cycle and of those before it. What is listed is right by
-// faces and inside cycles; ties keeps cycles together when nodes are put off.
-bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, ProblemCells& problems,
-             const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties);
+// faces, by the edges of `gaps`, which may be null, and inside cycles; ties keeps cycles together when nodes are put
+// off.
+bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
+             ProblemCells& problems, const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties);
+
+// The cycles that the layered sort left: for every cell one of them that holds a part of it, or none. Cycles that hold
+// parts of one cell count as one.
+void groupCycles(const mesh::Mesh& mesh, const LayeredSort& layered, const Gaps* gaps, std::vector<mesh::Id>& group);
 
 // The whole order by faces and by all edges across gaps (left in `edges`), with its layers; cycles are cut. Reads the
 // signs of the viewpoint and overwrites the order. Sets order.exact.

@@ -130,10 +130,15 @@ bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint&
   return projectionsOverlap(a, s, b, t, viewpoint);
 }
 
-void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
+// Fills found_: all pairs or, where groups are given, those inside them.
+void GapEdges::findAll(const Viewpoint& viewpoint, std::span<const mesh::Id> group) {
   const auto& triangles = tree_.triangles();
-  tree_.setTurns([&](std::uint32_t t) { return sign(t) < 0 ? Turn{0} : ExteriorTree::never; },
-                 [](std::uint32_t) { return Turn{0}; });
+  const auto groupOf = [&](std::uint32_t t) { return group.empty() ? 0 : group[triangles[t].cell]; };
+  // The tree looks for turns: groups that share one are told apart afterwards.
+  const auto turnOf = [&](std::uint32_t t) { return static_cast<Turn>(groupOf(t) % ExteriorTree::never); };
+  tree_.setTurns(
+      [&](std::uint32_t t) { return sign(t) < 0 && groupOf(t) != mesh::none ? turnOf(t) : ExteriorTree::never; },
+      turnOf);
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
     auto& found = found_[b];
@@ -141,31 +146,43 @@ void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
     found.clear();
     for (auto n = static_cast<std::uint32_t>(b * block); n < std::min(triangles.size(), (b + 1) * block); ++n) {
       const int s = sign(n);
-      if (s <= 0) continue;  // rays enter through triangles turned towards the viewpoint
+      if (s <= 0 || groupOf(n) == mesh::none) continue;  // rays enter through those turned towards the viewpoint
       candidates.clear();
-      tree_.inFront(n, s, viewpoint, 0, 0, candidates);
+      tree_.inFront(n, s, viewpoint, turnOf(n), turnOf(n), candidates);
       for (const std::uint32_t e : candidates) {
-        if (triangles[e].cell == triangles[n].cell) continue;
+        if (triangles[e].cell == triangles[n].cell || groupOf(e) != groupOf(n)) continue;
         if (related(e, n, viewpoint)) found.emplace_back(triangles[n].cell, triangles[e].cell);
       }
     }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
   });
-  // By the cell behind, in the order found.
-  out.offset.assign(mesh_.cell_count() + 1, 0);
-  for (const auto& found : found_) {
-    for (const auto& edge : found)
-      ++out.offset[edge.first + 1];
-  }
-  for (std::size_t c = 0; c < mesh_.cell_count(); ++c)
+}
+
+void GapEdges::inside(const Viewpoint& viewpoint, std::span<const mesh::Id> group, CellPairs& out) {
+  findAll(viewpoint, group);
+  for (const auto& found : found_)
+    out.insert(out.end(), found.begin(), found.end());
+}
+
+void GapEdges::operator()(const Viewpoint& viewpoint, ExtraEdges& out) {
+  findAll(viewpoint, {});
+  CellPairs all;
+  for (const auto& found : found_)
+    all.insert(all.end(), found.begin(), found.end());
+  setEdges(all, mesh_.cell_count(), out);
+}
+
+void setEdges(const CellPairs& pairs, std::size_t cells, ExtraEdges& out) {
+  out.offset.assign(cells + 1, 0);
+  for (const auto& edge : pairs)
+    ++out.offset[edge.first + 1];
+  for (std::size_t c = 0; c < cells; ++c)
     out.offset[c + 1] += out.offset[c];
   out.successor.resize(out.offset.back());
-  for (const auto& found : found_) {
-    for (const auto& [behind, front] : found)
-      out.successor[out.offset[behind]++] = front;
-  }
-  for (std::size_t c = mesh_.cell_count(); c > 0; --c)
+  for (const auto& [behind, front] : pairs)
+    out.successor[out.offset[behind]++] = front;
+  for (std::size_t c = cells; c > 0; --c)
     out.offset[c] = out.offset[c - 1];
   out.offset[0] = 0;
 }

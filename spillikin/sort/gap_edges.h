@@ -20,6 +20,8 @@ namespace spillikin::sort {
 //
 // A quadrilateral that abuts two triangles with the other diagonal leaves gaps or overlaps of no account between them:
 // its two sides are taken for one face, whichever is nearer.
+using CellPairs = std::vector<std::pair<mesh::Id, mesh::Id>>;  // (behind, front)
+
 class GapEdges {
  public:
   GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs);
@@ -27,6 +29,10 @@ class GapEdges {
   // Reads the signs of the last view, which must be of this viewpoint. Cost: O(b log b + k) for b triangles and k pairs
   // that lie behind one another, on all cores.
   void operator()(const Viewpoint& viewpoint, ExtraEdges& out);
+
+  // Of the same pairs only such whose cells have one group, by cell, which is not none: appended, (behind, front).
+  // Cost: a search for each of their triangles turned towards the viewpoint.
+  void inside(const Viewpoint& viewpoint, std::span<const mesh::Id> group, CellPairs& out);
 
   // Does a ray leave through `exit` (turned away) and then enter through `entry` (turned towards the viewpoint)?
   bool related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const;
@@ -48,6 +54,7 @@ class GapEdges {
 
  private:
   void pairNonmatching();
+  void findAll(const Viewpoint& viewpoint, std::span<const mesh::Id> group);
   enum class Beside : std::uint8_t { no, yes, unsure };
   template <class Orient>
   Beside within(std::uint32_t triangle, std::uint32_t other, const Orient& orient) const;
@@ -62,10 +69,13 @@ class GapEdges {
   std::vector<std::size_t> row_;   // of FaceSigns, for each triangle of the tree
   std::vector<mesh::Id> partner_;  // a quadrilateral face that it is half of, or that it and another abut, or none
   std::vector<std::pair<std::uint32_t, std::uint32_t>> abutting_;
-  std::vector<std::uint32_t> by_cell_;                             // triangles by ascending cell
-  std::vector<std::uint32_t> first_of_;                            // per cell + 1: where its triangles begin there
-  std::vector<std::vector<std::pair<mesh::Id, mesh::Id>>> found_;  // by fixed block of triangles: (behind, front) cells
+  std::vector<std::uint32_t> by_cell_;   // triangles by ascending cell
+  std::vector<std::uint32_t> first_of_;  // per cell + 1: where its triangles begin there
+  std::vector<CellPairs> found_;         // by fixed block of triangles
 };
+
+// Edges by the cell behind, in the sequence of the pairs.
+void setEdges(const CellPairs& pairs, std::size_t cells, ExtraEdges& out);
 
 // A sentence that names two cells by their file ids.
 std::string overlapMessage(const mesh::Mesh& mesh, const std::array<mesh::Id, 2>& cells);

@@ -1,17 +1,25 @@
 #include "spillikin/sort/gap_sorter.h"
 
+#include <algorithm>
+
 #include "spillikin/sort/cycles.h"
 
 namespace spillikin::sort {
+namespace {
+
+// Times that a view may learn edges across gaps, before it asks for all: two for each time that cycles grow together.
+constexpr int most_rounds = 12;
+
+}  // namespace
 
 GapSorter::GapSorter(const mesh::Mesh& mesh, CurvedCells curved)
     : mesh_(mesh),
-      signs_(mesh),
-      layered_(mesh),
-      problems_(mesh, signs_, curved),
-      parted_(mesh, signs_, problems_.faces()),
-      gaps_(mesh, signs_),
-      turns_(mesh, gaps_, parted_),
+      signs_(mesh_),
+      layered_(mesh_),
+      problems_(mesh_, signs_, curved),
+      parted_(mesh_, signs_, problems_.faces()),
+      gaps_(mesh_, signs_),
+      turns_(mesh_, gaps_, parted_),
       overlapping_(gaps_.overlapping()) {}
 
 void GapSorter::begin(const Viewpoint& viewpoint, Order& order) {
@@ -23,15 +31,31 @@ void GapSorter::begin(const Viewpoint& viewpoint, Order& order) {
 }
 
 void GapSorter::finish(const Viewpoint& viewpoint, Order& order) {
-  ties_.clear();
-  bool right = exact();
-  if (!layered_(signs_, order, nullptr, turns_.data(), &parted_)) {
-    right = tieLeft(mesh_, signs_, layered_, problems_, viewpoint, turns_.data(), order, ties_) && right;
+  extra_.offset.clear();
+  extra_.successor.clear();
+  pairs_.clear();
+  for (int round = 0; round < most_rounds; ++round) {
+    if (round > 0) turns_.again();
+    if (settle(viewpoint, order)) return;
   }
-  if (!turns_.settle(viewpoint, layered_, ties_)) {
-    orderByEdges(mesh_, signs_, layered_, gaps_, problems_, parted_, viewpoint, extra_, order);
-    order.exact = order.exact && exact();
-    return;
+  orderByEdges(mesh_, signs_, layered_, gaps_, problems_, parted_, viewpoint, extra_, order);
+  order.exact = order.exact && exact();
+}
+
+// Orders by the edges learnt so far and by turns. False when more had to be learnt.
+bool GapSorter::settle(const Viewpoint& viewpoint, Order& order) {
+  ties_.clear();
+  order.cycles.clear();
+  bool right = exact();
+  if (!layered_(signs_, order, &extra_, turns_.data(), &parted_)) {
+    if (!extra_.empty() && !completeCycles(viewpoint)) return false;
+    const Gaps gaps{gaps_, extra_};
+    const Gaps* known = extra_.empty() ? nullptr : &gaps;
+    right = tieLeft(mesh_, signs_, layered_, known, problems_, viewpoint, turns_.data(), order, ties_) && right;
+  }
+  if (!turns_.settle(viewpoint, layered_, ties_, extra_)) {
+    learn(turns_.wrong());
+    return false;
   }
   problems_.end();
   order.exact = right;
@@ -39,11 +63,31 @@ void GapSorter::finish(const Viewpoint& viewpoint, Order& order) {
   by_turn_(turns_.turns(), order.cells);
   parted_.list(order, ties_.pieces);
   order.layer_offset.clear();
+  return true;
+}
+
+// Are all edges across gaps from a cycle into itself known, so that it can be cut? Learns them if not.
+bool GapSorter::completeCycles(const Viewpoint& viewpoint) {
+  const Gaps gaps{gaps_, extra_};
+  groupCycles(mesh_, layered_, &gaps, group_);
+  CellPairs inside;
+  gaps_.inside(viewpoint, group_, inside);
+  const std::size_t before = pairs_.size();
+  learn(inside);
+  return pairs_.size() == before;
+}
+
+void GapSorter::learn(const CellPairs& pairs) {
+  pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  setEdges(pairs_, mesh_.cell_count(), extra_);
 }
 
 std::size_t GapSorter::bytes() const {
   return signs_.bytes() + layered_.bytes() + problems_.bytes() + parted_.bytes() + gaps_.bytes() + turns_.bytes() +
-         by_turn_.bytes() + 4 * (extra_.offset.capacity() + extra_.successor.capacity());
+         by_turn_.bytes() + 4 * (extra_.offset.capacity() + extra_.successor.capacity() + group_.capacity()) +
+         8 * pairs_.capacity();
 }
 
 }  // namespace spillikin::sort

@@ -29,6 +29,12 @@ class GapSorter : public Sorter {
   void begin(const Viewpoint& viewpoint, Order& order);   // the signs of all faces
   void finish(const Viewpoint& viewpoint, Order& order);  // the queue, the proof, the sort by turns; or all edges
 
+ private:
+  bool settle(const Viewpoint& viewpoint, Order& order);
+  bool completeCycles(const Viewpoint& viewpoint);
+  void learn(const CellPairs& pairs);
+
+ protected:
   const mesh::Mesh& mesh_;
   FaceSigns signs_;
   LayeredSort layered_;
@@ -38,7 +44,10 @@ class GapSorter : public Sorter {
   GapTurns turns_;
   TurnSort by_turn_;
   Ties ties_;  // cycles of faces, in the last view
+  // Edges across gaps that the last view needed: those that turns could not put right, and all inside cycles; or all.
   ExtraEdges extra_;
+  CellPairs pairs_;                      // the same, ascending
+  std::vector<mesh::Id> group_;          // of the cells in cycles
   std::array<mesh::Id, 2> overlapping_;  // two cells, or none
 };
 

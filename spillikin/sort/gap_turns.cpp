@@ -34,6 +34,15 @@ void GapTurns::clear() {
                     });
 }
 
+void GapTurns::again() {
+  clear();
+  for (std::uint32_t t = 0; t < guess_.size(); ++t) {
+    if (gaps_.sign(t) >= 0 || alone_[t] != 0) continue;
+    Turn& turn = turn_[gaps_.tree().triangles()[t].cell];
+    turn = std::max(turn, guess_[t]);
+  }
+}
+
 // Of the parts of a cell.
 Turn GapTurns::lastTurn(mesh::Id cell) const {
   Turn last = turn_[cell];
@@ -47,6 +56,13 @@ bool GapTurns::open(std::uint32_t entry) const {
   return gaps_.sign(entry) > 0 && alone_[entry] == 0 && lastTurn(gaps_.tree().triangles()[entry].cell) >= guess_[entry];
 }
 
+bool GapTurns::knows(std::uint32_t exit, std::uint32_t entry) const {
+  if (known_->empty()) return false;
+  const auto& triangles = gaps_.tree().triangles();
+  const auto after = known_->after(triangles[entry].cell);
+  return std::binary_search(after.begin(), after.end(), triangles[exit].cell);
+}
+
 void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
                       std::vector<Pair>& found) const {
   const auto& triangles = gaps_.tree().triangles();
@@ -56,7 +72,7 @@ void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vect
   gaps_.tree().inFront(entry, 1, viewpoint, guess_[entry], last, scratch);
   for (const std::uint32_t exit : scratch) {
     if (triangles[exit].cell == cell || turn_[triangles[exit].cell] > last) continue;
-    if (guess_[exit] < guess_[entry]) continue;
+    if (guess_[exit] < guess_[entry] || knows(exit, entry)) continue;
     if (gaps_.related(exit, entry, viewpoint)) found.emplace_back(exit, entry);
   }
 }
@@ -101,7 +117,7 @@ void GapTurns::addAbutting(const Viewpoint& viewpoint) {
     for (const auto& [exit, entry] : {std::pair{a, b}, std::pair{b, a}}) {
       if (gaps_.sign(exit) >= 0 || gaps_.sign(entry) <= 0) continue;
       if (turn_[triangles[exit].cell] > lastTurn(triangles[entry].cell)) continue;
-      if (gaps_.related(exit, entry, viewpoint)) found_.front().emplace_back(exit, entry);
+      if (!knows(exit, entry) && gaps_.related(exit, entry, viewpoint)) found_.front().emplace_back(exit, entry);
     }
   }
 }
@@ -118,6 +134,14 @@ bool GapTurns::tied(mesh::Id exit, mesh::Id entry, const Ties& ties) const {
 void GapTurns::addPieces(const Ties& ties) {
   for (const mesh::Id tie : ties.tie_of_piece)
     turn_.push_back(turn_[ties.nodes[tie].front()]);
+}
+
+void GapTurns::noteFound() {
+  const auto& triangles = gaps_.tree().triangles();
+  for (const auto& found : found_) {
+    for (const auto& [exit, entry] : found)
+      wrong_.emplace_back(triangles[entry].cell, triangles[exit].cell);
+  }
 }
 
 // Puts off the exits found, with all cells before them, and notes which entries are to be looked at again. False when
@@ -149,6 +173,9 @@ bool GapTurns::putOffFound(const LayeredSort& layered, const Ties& ties) {
   for (std::size_t i = 0; i < raised_.size(); ++i) {  // grows on the way
     const Turn turn = turn_[raised_[i]];
     layered.forEachAfter(raised_[i], [&](mesh::Id next) { put(next, turn); });
+    if (known_->empty()) continue;
+    for (const mesh::Id next : known_->after(parted_.cell(raised_[i])))
+      put(next, turn);
   }
   for (mesh::Id& node : raised_)
     node = parted_.cell(node);
@@ -163,9 +190,12 @@ bool GapTurns::putOffFound(const LayeredSort& layered, const Ties& ties) {
   return true;
 }
 
-bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties) {
+bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties,
+                      const ExtraEdges& known) {
   const auto& triangles = gaps_.tree().triangles();
   searched_ = put_off_ = 0;
+  known_ = &known;
+  wrong_.clear();
   // An exit with an earlier guess than the entry is farther on every ray, one whose cell comes later is right.
   gaps_.tree().setTurns(
       [&](std::uint32_t t) {
@@ -177,6 +207,7 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, co
     addAbutting(viewpoint);
     const bool any = std::any_of(found_.begin(), found_.end(), [](const auto& found) { return !found.empty(); });
     if (!any) return true;
+    noteFound();
     if (!putOffFound(layered, ties)) return false;
     searchOpen(viewpoint);
   }

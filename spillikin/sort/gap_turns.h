@@ -30,12 +30,12 @@ namespace spillikin::sort {
 // entry the latest of them.
 //
 // When nothing is left to look at, the order by turns, and within one turn by faces, is right. In a cycle turns would
-// grow for ever: after `most_rounds` it gives up.
+// grow for ever: after `most_rounds` it gives up, and what it found becomes edges (GapSorter).
 //
 // Cost of a view: linear in the exterior triangles, and the searches, on all cores; what is put off, serial.
 class GapTurns {
  public:
-  static constexpr int most_rounds = 64;
+  static constexpr int most_rounds = 16;
 
   GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& parted);
 
@@ -59,9 +59,14 @@ class GapTurns {
   Turn* data() { return turn_.data(); }
   const std::vector<Turn>& turns() const { return turn_; }
 
-  // After the queue has listed all cells: makes the turns right. `ties`: cycles, whose nodes keep a common turn. False
-  // when it gave up.
-  bool settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties);
+  // The first turns once more.
+  void again();
+
+  // After the queue has listed all cells: makes the turns right. `ties`: cycles, whose nodes keep a common turn.
+  // `known`: edges across gaps, ascending, that the queue and the ties heeded. False when it gave up; then wrong() has
+  // pairs of cells that are not known.
+  bool settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties, const ExtraEdges& known);
+  const CellPairs& wrong() const { return wrong_; }
   // The turns of the pieces of cycles, after those of the nodes.
   void addPieces(const Ties& ties);
 
@@ -75,11 +80,13 @@ class GapTurns {
   void clear();
   Turn lastTurn(mesh::Id cell) const;
   bool open(std::uint32_t entry) const;
+  bool knows(std::uint32_t exit, std::uint32_t entry) const;
   void search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
               std::vector<Pair>& found) const;
   void searchAll(const Viewpoint& viewpoint);
   void searchOpen(const Viewpoint& viewpoint);
   bool tied(mesh::Id exit, mesh::Id entry, const Ties& ties) const;
+  void noteFound();
   bool putOffFound(const LayeredSort& layered, const Ties& ties);
   void addAbutting(const Viewpoint& viewpoint);
 
@@ -93,6 +100,8 @@ class GapTurns {
   std::vector<std::size_t> searches_;  // per block of triangles
   std::vector<std::uint32_t> open_;    // entries to look at again
   std::vector<mesh::Id> raised_;       // cells and slivers put off in a round
+  const ExtraEdges* known_ = nullptr;  // while settling
+  CellPairs wrong_;                    // found while settling
   std::size_t searched_ = 0, put_off_ = 0;
 };
 
