@@ -13,10 +13,13 @@
 
 #include "spillikin/base/error.h"
 #include "spillikin/mesh/build.h"
+#include "spillikin/sort/bsp_xmpvo.h"
 #include "spillikin/sort/checker.h"
 #include "spillikin/sort/cycle_cutter.h"
+#include "spillikin/sort/gap_sorter.h"
 #include "spillikin/sort/gap_turns.h"
 #include "spillikin/sort/sort.h"
+#include "spillikin/sort/xmpvo.h"
 #include "tests/support/meshes.h"
 
 namespace spillikin::sort {
@@ -224,6 +227,36 @@ TEST(Obscures, TurnsAreMadeRightFromAnyGuess) {
   EXPECT_GT(settled, 9U);
 }
 
+// What is decided once per geometry holds from everywhere.
+TEST(Obscures, TrianglesThatFaceNoneAreRelatedToNone) {
+  std::size_t alone = 0, related = 0;
+  for (const Case& c : cases()) {
+    const mesh::Mesh mesh = mesh::build(c.source);
+    FaceSigns signs(mesh);
+    GapEdges gaps(mesh, signs);
+    const auto count = static_cast<std::uint32_t>(gaps.tree().triangles().size());
+    std::vector<bool> faces(count);
+    for (std::uint32_t t = 0; t < count; ++t)
+      faces[t] = gaps.facesAny(t);
+    alone += static_cast<std::size_t>(std::count(faces.begin(), faces.end(), false));
+    for (const Viewpoint& v : someViews(55)) {
+      SCOPED_TRACE(testing::Message() << c.what << ", viewpoint " << v.x << ' ' << v.y << ' ' << v.z << ' ' << v.w);
+      signs(v);
+      for (std::uint32_t exit = 0; exit < count; ++exit) {
+        for (std::uint32_t entry = 0; entry < count && gaps.sign(exit) < 0; ++entry) {
+          if (gaps.sign(entry) <= 0 || gaps.tree().triangles()[exit].cell == gaps.tree().triangles()[entry].cell)
+            continue;
+          if (!gaps.related(exit, entry, v)) continue;
+          ++related;
+          ASSERT_TRUE(faces[exit] && faces[entry]) << exit << ' ' << entry;
+        }
+      }
+    }
+  }
+  EXPECT_GT(alone, 20U);
+  EXPECT_GT(related, 100U);
+}
+
 TEST(Obscures, ConvexifiedIsExactWhereItFills) {
   for (const std::uint64_t seed : {21U, 22U, 23U}) {
     const mesh::Mesh mesh = mesh::build(pierced(18, seed));
@@ -314,6 +347,27 @@ TEST(Obscures, AutoMatchesCrossedDiagonals) {
   }
   const mesh::Mesh apart = mesh::build(tests::join(tests::hexahedronGrid(1), shifted(beside, Vec3(0.5, 0.0, 0.0))));
   EXPECT_EQ(makeSorter(Algorithm::automatic, apart)->algorithm(), Algorithm::xmpvo);
+}
+
+// To sorts by gaps too a face with crossed diagonals is one like others: on a convex mesh there is nothing to search.
+TEST(Obscures, GapSortsMatchCrossedDiagonals) {
+  const mesh::Source hexahedra = tests::hexahedronGrid(1), tetrahedra = tests::tetrahedronGrid(1);
+  for (const mesh::Source& other : {tetrahedra, mirrored(tetrahedra, 1.0)}) {
+    const mesh::Mesh mesh = mesh::build(tests::join(hexahedra, shifted(other, Vec3(1.0, 0.0, 0.0))));
+    Xmpvo xmpvo(mesh);
+    BspXmpvo bsp(mesh);
+    for (GapSorter* sorter : {static_cast<GapSorter*>(&xmpvo), static_cast<GapSorter*>(&bsp)}) {
+      EXPECT_TRUE(sorter->exact());
+      Order order;
+      for (const Viewpoint& v : someViews(93)) {
+        SCOPED_TRACE(testing::Message() << v.x << ' ' << v.y << ' ' << v.z << ' ' << v.w);
+        (*sorter)(v, order);
+        EXPECT_TRUE(order.exact);
+        EXPECT_EQ(sorter->turns().searched(), 0U);
+        expectAllPairs(mesh, v, order);
+      }
+    }
+  }
 }
 
 TEST(Obscures, ConvexifiedRefusesAnExteriorThatCrossesItself) {
@@ -440,6 +494,49 @@ TEST(Cycles, PinwheelsAreNamedAndCut) {
       (*sorter)(Viewpoint(9.0, 0.3, 0.1, 1.0), order);  // from the side there is none
       EXPECT_TRUE(order.cycles.empty());
       EXPECT_EQ(shootRays(mesh, order, Viewpoint(9.0, 0.3, 0.1, 1.0), 4).inversions, 0U);
+    }
+  }
+}
+
+// Pinwheels behind one another and a cloud of cells: of the pairs across gaps only those are asked for that cycles
+// need, and a view leaves nothing behind for the next.
+TEST(Cycles, EdgesAcrossGapsAreThoseOfCyclesAlone) {
+  for (const std::uint64_t seed : {61U, 62U, 63U, 64U}) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> u(-1.0, 1.0);
+    mesh::Source source = pinwheel(3);
+    for (int i = 1; i < 4; ++i)
+      source = tests::join(source, moved(pinwheel(3 + i), 1.0, Vec3(0.2 * u(random), 0.2 * u(random), -2.0 * i)));
+    source = tests::join(source, moved(pierced(40, seed), 1.5, Vec3(-0.7, -0.7, -10.0)));
+    const mesh::Mesh mesh = mesh::build(source);
+    FaceSigns signs(mesh);
+    GapEdges gaps(mesh, signs);
+    Xmpvo xmpvo(mesh);
+    BspXmpvo bsp(mesh);
+    const std::vector<Viewpoint> views{{0.3 * u(random), 0.3 * u(random), 8.0, 1.0},
+                                       {9.0, u(random), -3.0, 1.0},
+                                       {0.1 * u(random), 0.1 * u(random), 1.0, 0.0},
+                                       {0.1, 0.1 * u(random), -30.0, 1.0}};
+    for (GapSorter* sorter : {static_cast<GapSorter*>(&xmpvo), static_cast<GapSorter*>(&bsp)}) {
+      std::size_t cycles = 0;
+      for (const Viewpoint& v : views) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << name(sorter->algorithm()) << ", viewpoint " << v.x
+                                        << ' ' << v.y << ' ' << v.z << ' ' << v.w);
+        Order order, fresh;
+        (*sorter)(v, order);
+        EXPECT_TRUE(order.exact);
+        cycles += order.cycles.size();
+        const Tally tally = shootRays(mesh, order, v, seed, 1500);
+        EXPECT_GT(tally.pairs, 10U);
+        EXPECT_EQ(tally.inversions, 0U);
+        signs(v);
+        ExtraEdges all;
+        gaps(v, all);
+        EXPECT_LT(2 * sorter->addedEdges(), all.successor.size());
+        (*makeSorter(sorter->algorithm(), mesh))(v, fresh);
+        EXPECT_EQ(order.cells, fresh.cells);
+      }
+      EXPECT_GE(cycles, 6U);
     }
   }
 }

@@ -105,14 +105,7 @@ std::string Convexified::why() const {
 }
 
 std::size_t Convexified::bytes() const {
-  const mesh::Mesh& m = *filled_;
-  return mpvo_->bytes() + m.points.capacity() * sizeof(Vec3) + m.triangle.capacity() * 12 +
-         m.triangle_cells.capacity() * 8 + m.quad.capacity() * 16 + m.quad_cells.capacity() * 8 +
-         4 * (m.polyhedron_index.capacity() + m.polyhedron_polygons.capacity() + m.polygon_offset.capacity() +
-              m.polygon_vertex.capacity()) +
-         4 * (m.point_file_id.capacity() + m.cell_vertex.capacity() + m.cell_vertex_offset.capacity() +
-              m.cell_file_id.capacity() + m.cell_face.capacity() + m.cell_face_offset.capacity()) +
-         m.cell_type.capacity();
+  return mpvo_->bytes() + sort::bytes(*filled_);
 }
 
 }  // namespace spillikin::sort

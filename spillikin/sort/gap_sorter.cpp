@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "spillikin/sort/cycles.h"
+#include "spillikin/sort/split_exterior.h"
 
 namespace spillikin::sort {
 namespace {
@@ -13,7 +14,8 @@ constexpr int most_rounds = 12;
 }  // namespace
 
 GapSorter::GapSorter(const mesh::Mesh& mesh, CurvedCells curved)
-    : mesh_(mesh),
+    : matched_(withMatchedDiagonals(mesh)),
+      mesh_(matched_ ? *matched_ : mesh),
       signs_(mesh_),
       layered_(mesh_),
       problems_(mesh_, signs_, curved),
@@ -87,7 +89,7 @@ void GapSorter::learn(const CellPairs& pairs) {
 std::size_t GapSorter::bytes() const {
   return signs_.bytes() + layered_.bytes() + problems_.bytes() + parted_.bytes() + gaps_.bytes() + turns_.bytes() +
          by_turn_.bytes() + 4 * (extra_.offset.capacity() + extra_.successor.capacity() + group_.capacity()) +
-         8 * pairs_.capacity();
+         8 * pairs_.capacity() + (matched_ ? sort::bytes(*matched_) : 0);
 }
 
 }  // namespace spillikin::sort

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 
 #include "spillikin/sort/cycles.h"
 #include "spillikin/sort/face_signs.h"
@@ -35,7 +36,8 @@ class GapSorter : public Sorter {
   void learn(const CellPairs& pairs);
 
  protected:
-  const mesh::Mesh& mesh_;
+  const std::unique_ptr<mesh::Mesh> matched_;  // where diagonals are crossed: they are faces like others here
+  const mesh::Mesh& mesh_;                     // that, or the one given
   FaceSigns signs_;
   LayeredSort layered_;
   ProblemCells problems_;

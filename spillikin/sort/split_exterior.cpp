@@ -108,7 +108,9 @@ class Rebuilder {
   mesh::Mesh out_;
 };
 
-mesh::Mesh withTriangles(const mesh::Mesh& mesh, std::size_t& crossed) {
+// Exterior quadrilaterals as triangles: all, or only those that lie against two triangles. Counts those that do with
+// the other diagonal.
+Replacement triangulated(const mesh::Mesh& mesh, bool all, std::size_t& crossed) {
   std::vector<Corners> triangles;
   for (std::size_t f = 0; f < mesh.triangle_count(); ++f) {
     if (mesh.triangle_cells[f][1] == mesh::none) triangles.push_back(placed(mesh, mesh.triangle[f]));
@@ -123,17 +125,20 @@ mesh::Mesh withTriangles(const mesh::Mesh& mesh, std::size_t& crossed) {
     const auto& [a, b, c, d] = mesh.quad[q];
     const bool other = known({a, b, d}) && known({b, c, d});
     crossed += other ? 1 : 0;
+    if (!other && !all && !(known({a, b, c}) && known({a, c, d}))) continue;
     faces[static_cast<mesh::Id>(mesh.triangle_count() + q)] =
         other ? std::vector<Corners>{{a, b, d}, {b, c, d}} : std::vector<Corners>{{a, b, c}, {a, c, d}};
   }
-  return faces.empty() ? mesh : Rebuilder(mesh, faces, mesh.points)();
+  return faces;
 }
 
-// Exterior triangles on four points: two with a diagonal against two with the other.
+// Exterior triangular faces on four points: two with a diagonal against two with the other.
 class CrossedDiagonals {
  public:
   explicit CrossedDiagonals(const mesh::Mesh& mesh)
-      : mesh_(mesh), exterior_(exteriorTriangles(mesh)), points_(mesh.points) {}
+      : mesh_(mesh), exterior_(exteriorTriangles(mesh)), points_(mesh.points) {
+    std::erase_if(exterior_, [&](const ExteriorTriangle& t) { return t.face >= mesh.triangle_count(); });
+  }
 
   mesh::Mesh resolve(std::size_t& crossed) {
     fileEdges();
@@ -251,8 +256,32 @@ class CrossedDiagonals {
 
 mesh::Mesh withFillableOutside(const mesh::Mesh& mesh, std::size_t& crossed) {
   crossed = 0;
-  const mesh::Mesh triangles = withTriangles(mesh, crossed);
+  const Replacement faces = triangulated(mesh, true, crossed);
+  const mesh::Mesh triangles = faces.empty() ? mesh : Rebuilder(mesh, faces, mesh.points)();
   return CrossedDiagonals(triangles).resolve(crossed);
+}
+
+std::unique_ptr<mesh::Mesh> withMatchedDiagonals(const mesh::Mesh& mesh) {
+  const auto open = [](const auto& cells) { return cells[1] == mesh::none; };
+  if (mesh.tetrahedral() || std::ranges::none_of(mesh.triangle_cells, open)) return nullptr;
+  std::size_t crossed = 0;
+  const Replacement faces = triangulated(mesh, false, crossed);
+  std::unique_ptr<mesh::Mesh> split;
+  if (!faces.empty()) split = std::make_unique<mesh::Mesh>(Rebuilder(mesh, faces, mesh.points)());
+  CrossedDiagonals diagonals(split ? *split : mesh);
+  std::size_t halved = 0;
+  mesh::Mesh matched = diagonals.resolve(halved);
+  return halved == 0 ? std::move(split) : std::make_unique<mesh::Mesh>(std::move(matched));
+}
+
+std::size_t bytes(const mesh::Mesh& m) {
+  return m.points.capacity() * sizeof(Vec3) + m.triangle.capacity() * 12 + m.triangle_cells.capacity() * 8 +
+         m.quad.capacity() * 16 + m.quad_cells.capacity() * 8 +
+         4 * (m.polyhedron_index.capacity() + m.polyhedron_polygons.capacity() + m.polygon_offset.capacity() +
+              m.polygon_vertex.capacity()) +
+         4 * (m.point_file_id.capacity() + m.cell_vertex.capacity() + m.cell_vertex_offset.capacity() +
+              m.cell_file_id.capacity() + m.cell_face.capacity() + m.cell_face_offset.capacity()) +
+         m.cell_type.capacity();
 }
 
 }  // namespace spillikin::sort

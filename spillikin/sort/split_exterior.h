@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 
 #include "spillikin/mesh/mesh.h"
 
@@ -17,6 +18,16 @@ namespace spillikin::sort {
 // Faces that match now are joined. Only what an order needs is filled in: points, cells, faces. `crossed` is how many
 // quadrilaterals had the one diagonal on one side and the other on the other: what lies between the two counts as
 // nothing.
+//
+// Cost: a copy, and sorting the exterior.
 mesh::Mesh withFillableOutside(const mesh::Mesh& mesh, std::size_t& crossed);
+
+// A copy in which only quadrilaterals that lie against two triangles and faces with crossed diagonals are changed, as
+// above, so that they match; null where there are none, and for tetrahedra alone. Cost: that of sorting the exterior
+// triangles and their edges, where cells are of several kinds.
+std::unique_ptr<mesh::Mesh> withMatchedDiagonals(const mesh::Mesh& mesh);
+
+// What such a copy takes.
+std::size_t bytes(const mesh::Mesh& mesh);
 
 }  // namespace spillikin::sort
