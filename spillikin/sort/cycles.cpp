@@ -36,7 +36,6 @@ void append(Order&& part, Order& order) {
 struct Left {
   std::vector<mesh::Id> node;
   Components components;  // of places in `node`
-  std::vector<Order> cut;
 
   void nodes(std::size_t component, std::vector<mesh::Id>& out) const {
     out.clear();
@@ -60,38 +59,42 @@ void findComponents(const LayeredSort& layered, const Gaps* gaps, Left& left) {
   });
 }
 
-Left cutCycles(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
-               ProblemCells& problems, const Viewpoint& viewpoint) {
-  Left left;
-  findComponents(layered, gaps, left);
-  std::vector<std::uint32_t> cyclic;
-  for (std::uint32_t k = 0; k < left.components.size(); ++k) {
-    if (left.components[k].size() > 1) cyclic.push_back(k);
-  }
-  left.cut.resize(cyclic.size());
-  // Cycles have nothing to do with one another.
+// The orders of `count` cycles; nodesOf(i, nodes) gives the nodes of each. They have nothing to do with one another.
+template <class NodesOf>
+std::vector<Order> cutEach(std::size_t count, const NodesOf& nodesOf, const mesh::Mesh& mesh, const FaceSigns& signs,
+                           const LayeredSort& layered, const Gaps* gaps, ProblemCells& problems,
+                           const Viewpoint& viewpoint) {
+  std::vector<Order> cut(count);
   const auto work = [&](std::size_t begin, std::size_t end) {
     CycleCutter cutter(mesh, signs, viewpoint, gaps, problems, layered.parted());
     std::vector<mesh::Id> nodes;
     for (std::size_t i = begin; i < end; ++i) {
-      left.nodes(cyclic[i], nodes);
-      left.cut[i].exact = cutter(nodes, left.cut[i]);
+      nodesOf(i, nodes);
+      cut[i].exact = cutter(nodes, cut[i]);
     }
   };
   if (problems.subdivides()) {
-    work(0, cyclic.size());  // into pools that all share
+    work(0, count);  // into pools that all share
   } else {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cyclic.size()),
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count),
                       [&](const auto& range) { work(range.begin(), range.end()); });
   }
-  return left;
+  return cut;
 }
 
 }  // namespace
 
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
                 ProblemCells& problems, const Viewpoint& viewpoint, Order& order) {
-  Left left = cutCycles(mesh, signs, layered, gaps, problems, viewpoint);
+  Left left;
+  findComponents(layered, gaps, left);
+  std::vector<std::uint32_t> cyclic;
+  for (std::uint32_t k = 0; k < left.components.size(); ++k) {
+    if (left.components[k].size() > 1) cyclic.push_back(k);
+  }
+  std::vector<Order> cut = cutEach(
+      cyclic.size(), [&](std::size_t i, auto& nodes) { left.nodes(cyclic[i], nodes); }, mesh, signs, layered, gaps,
+      problems, viewpoint);
   bool right = true;
   std::vector<mesh::Id> nodes;
   std::size_t next = 0;
@@ -99,8 +102,8 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
     left.nodes(k, nodes);
     if (nodes.size() > 1) {
       nameCycle(nodes, layered, order);
-      right = left.cut[next].exact && right;
-      append(std::move(left.cut[next++]), order);
+      right = cut[next].exact && right;
+      append(std::move(cut[next++]), order);
       continue;
     }
     if (layered.parted() != nullptr) layered.parted()->addCut(nodes.front(), order);
@@ -135,14 +138,14 @@ void groupCycles(const mesh::Mesh& mesh, const LayeredSort& layered, const Gaps*
     of = of == mesh::none ? of : first(of);
 }
 
-bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
-             ProblemCells& problems, const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties) {
-  Left left = cutCycles(mesh, signs, layered, gaps, problems, viewpoint);
-  bool right = true;
+void tieLeft(const LayeredSort& layered, const Gaps* gaps, Turn* turn, Ties& ties) {
+  Left left;
+  findComponents(layered, gaps, left);
   ties.of.assign(layered.nodes(), mesh::none);
   std::vector<mesh::Id> nodes;
   for (std::uint32_t k = 0; k < left.components.size(); ++k) {
     left.nodes(k, nodes);
+    ties.left.push_back(nodes.front());
     Turn latest = 0;
     for (const mesh::Id node : nodes)
       latest = std::max(latest, turn[node]);
@@ -153,16 +156,27 @@ bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& 
       for (const mesh::Id next : gaps->edges.after(layered.cell(node)))
         turn[next] = std::max(turn[next], latest);
     }
-    if (nodes.size() == 1) {
-      order.cells.push_back(nodes.front());
+    if (nodes.size() == 1) continue;
+    for (const mesh::Id node : nodes)
+      ties.of[node] = static_cast<mesh::Id>(ties.nodes.size());
+    ties.nodes.push_back(nodes);
+  }
+}
+
+bool cutTies(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
+             ProblemCells& problems, const Viewpoint& viewpoint, Order& order, Ties& ties) {
+  std::vector<Order> cuts = cutEach(
+      ties.nodes.size(), [&](std::size_t i, auto& nodes) { nodes = ties.nodes[i]; }, mesh, signs, layered, gaps,
+      problems, viewpoint);
+  bool right = true;
+  for (const mesh::Id node : ties.left) {
+    const mesh::Id tie = ties.of[node];
+    if (tie == mesh::none) {
+      order.cells.push_back(node);
       continue;
     }
-    nameCycle(nodes, layered, order);
-    const auto tie = static_cast<mesh::Id>(ties.nodes.size());
-    for (const mesh::Id node : nodes)
-      ties.of[node] = tie;
-    ties.nodes.push_back(nodes);
-    Order& cut = left.cut[tie];
+    nameCycle(ties.nodes[tie], layered, order);
+    Order& cut = cuts[tie];
     right = cut.exact && right;
     std::size_t at = 0;
     for (std::uint32_t i = 0; i < cut.cells.size(); ++i) {

@@ -19,22 +19,27 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
 struct Ties {
   std::vector<mesh::Id> of;                  // per node: its cycle, or none; empty where there is no cycle
   std::vector<std::vector<mesh::Id>> nodes;  // of each cycle
+  std::vector<mesh::Id> left;                // in sequence; of a cycle one node stands for all
   std::vector<CellPiece> pieces;             // what was made of the cycles
   std::vector<mesh::Id> tie_of_piece;
   void clear() {
     of.clear();
     nodes.clear();
+    left.clear();
     pieces.clear();
     tie_of_piece.clear();
   }
 };
 
-// As appendLeft, with turns: appends nodes and, for the pieces of cycles, ids after those of the
-// nodes; every node takes the latest turn of its own, of its cycle and of those before it. What is listed is right by
-// faces, by the edges of `gaps`, which may be null, and inside cycles; ties keeps cycles together when nodes are put
-// off.
-bool tieLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
-             ProblemCells& problems, const Viewpoint& viewpoint, Turn* turn, Order& order, Ties& ties);
+// What the layered sort left, one node after the other and each cycle as one: every node takes the latest turn of its
+// own, of its cycle and of those before it, by faces and by the edges of `gaps`, which may be null. Linear; serial.
+void tieLeft(const LayeredSort& layered, const Gaps* gaps, Turn* turn, Ties& ties);
+
+// Once turns are settled: appends what was left, the pieces of cycles by ids after those of the nodes, and names the
+// cycles in order.cycles. What is listed is right by faces, by the edges of `gaps` and inside cycles; returns whether
+// it is: the cutter may give up.
+bool cutTies(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
+             ProblemCells& problems, const Viewpoint& viewpoint, Order& order, Ties& ties);
 
 // The cycles that the layered sort left: for every cell one of them that holds a part of it, or none. Cycles that hold
 // parts of one cell count as one.

@@ -9,7 +9,7 @@ namespace spillikin::sort {
 namespace {
 
 // Times that a view may learn edges across gaps, before it asks for all: two for each time that cycles grow together.
-constexpr int most_rounds = 12;
+constexpr int most_rounds = 8;
 
 }  // namespace
 
@@ -48,19 +48,20 @@ void GapSorter::finish(const Viewpoint& viewpoint, Order& order) {
 bool GapSorter::settle(const Viewpoint& viewpoint, Order& order) {
   ties_.clear();
   order.cycles.clear();
-  bool right = exact();
-  if (!layered_(signs_, order, &extra_, turns_.data(), &parted_)) {
-    if (!extra_.empty() && !completeCycles(viewpoint)) return false;
-    const Gaps gaps{gaps_, extra_};
-    const Gaps* known = extra_.empty() ? nullptr : &gaps;
-    right = tieLeft(mesh_, signs_, layered_, known, problems_, viewpoint, turns_.data(), order, ties_) && right;
+  const Gaps gaps{gaps_, extra_};
+  const Gaps* known = extra_.empty() ? nullptr : &gaps;
+  const bool all = layered_(signs_, order, &extra_, turns_.data(), &parted_);
+  if (!all) {
+    if (known != nullptr && !completeCycles(viewpoint)) return false;
+    tieLeft(layered_, known, turns_.data(), ties_);
   }
   if (!turns_.settle(viewpoint, layered_, ties_, extra_)) {
     learn(turns_.wrong());
     return false;
   }
+  order.exact = exact();
+  if (!all && !cutTies(mesh_, signs_, layered_, known, problems_, viewpoint, order, ties_)) order.exact = false;
   problems_.end();
-  order.exact = right;
   turns_.addPieces(ties_);
   by_turn_(turns_.turns(), order.cells);
   parted_.list(order, ties_.pieces);

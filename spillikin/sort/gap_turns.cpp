@@ -7,6 +7,9 @@
 namespace spillikin::sort {
 namespace {
 
+// Searches after which more rounds cost more than edges do: so many times those of the first round, and some for small
+// meshes. Large cycles that lead through gaps are looked at again in every round.
+constexpr std::size_t most_searched = 3, few_searches = 1000;
 constexpr std::size_t block = 256;  // triangles searched by one task, whose pairs are kept together
 
 }  // namespace
@@ -203,7 +206,8 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, co
       },
       [&](std::uint32_t t) { return guess_[t]; });
   searchAll(viewpoint);
-  for (int round = 0; round < most_rounds; ++round) {
+  const std::size_t most = most_searched * searched_ + few_searches;
+  for (int round = 0; round < most_rounds && searched_ <= most; ++round) {
     addAbutting(viewpoint);
     const bool any = std::any_of(found_.begin(), found_.end(), [](const auto& found) { return !found.empty(); });
     if (!any) return true;
