@@ -20,7 +20,7 @@ namespace spillikin::sort {
 // them, and thousands would be partially projected.
 //
 // Exact for every mesh whose cells do not overlap. Cost of a view: that of MPVO, of the tree, linear in its nodes, of a
-// counting sort, and of the searches. In a cycle all edges across gaps are found and cells of it are cut.
+// counting sort, and of the searches. In a cycle edges across gaps are found and cells of it are cut.
 class BspXmpvo final : public GapSorter {
  public:
   explicit BspXmpvo(const mesh::Mesh& mesh);

@@ -10,7 +10,7 @@ namespace spillikin::sort {
 // Silva, Mitchell and Williams 1998; Max, Williams, Silva 2000, section III: cells are ordered by their faces and,
 // where a ray leaves the mesh through one exterior triangle and enters it again through another, by these two. Most
 // such pairs are in the right order once the cells have turns by depth, as in MPVONC; only those that are not are
-// found, by exact tests, and put right (gap_turns.h). In a cycle all edges are found (gap_edges.h) and cells of it are
+// found, by exact tests, and put right (gap_turns.h). In a cycle they become edges (gap_sorter.h) and cells of it are
 // cut.
 //
 // Exact for every mesh whose cells do not overlap; faces need not match. Cost of a view: that of MPVONC and of proving
