@@ -242,11 +242,11 @@ TEST(CompositeGl, CutCells) {
       for (const mesh::Id v : s.mesh.vertices(cell)) {
         middle += s.mesh.points[v] / static_cast<double>(s.mesh.vertices(cell).size());
       }
-      const sort::HalfSpace behind{away, -glm::dot(away, middle)};
+      const sort::HalfSpace behind{away, -glm::dot(away, middle)}, before{-behind.normal, -behind.offset};
       const auto entry = static_cast<std::uint32_t>(cut.cells.size());
       cut.cells.insert(cut.cells.end(), {cell, cell});
-      cut.cuts.push_back({entry, {behind}});
-      cut.cuts.push_back({entry + 1, {{-behind.normal, -behind.offset}}});
+      cut.cuts.add(entry, {&behind, 1});
+      cut.cuts.add(entry + 1, {&before, 1});
     }
     EXPECT_LE(largestDifference(drawOrdered(s, view, whole), drawOrdered(s, view, cut)), 1e-5);
     EXPECT_LE(largestDifference(drawOrdered(s, view, cut, composite::Integration::vertex),

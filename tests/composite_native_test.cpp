@@ -286,9 +286,10 @@ TEST(CompositeNative, PiecesMakeUpTheCell) {
         const auto corners = s.mesh.vertices(whole.cells[i]);
         const Vec3 middle = 0.5 * (s.mesh.points[corners[0]] + s.mesh.points[corners[2]]);
         const Vec3 sight = glm::normalize(view.target - view.eye) + Vec3(0.1, 0.2, -0.1);
-        cut.cuts.push_back({static_cast<std::uint32_t>(cut.cells.size() - 1), {{sight, -glm::dot(sight, middle)}}});
+        const sort::HalfSpace behind{sight, -glm::dot(sight, middle)}, before{-sight, glm::dot(sight, middle)};
+        cut.cuts.add(static_cast<std::uint32_t>(cut.cells.size() - 1), {&behind, 1});
         cut.cells.push_back(whole.cells[i]);
-        cut.cuts.push_back({static_cast<std::uint32_t>(cut.cells.size() - 1), {{-sight, glm::dot(sight, middle)}}});
+        cut.cuts.add(static_cast<std::uint32_t>(cut.cells.size() - 1), {&before, 1});
       }
       const auto native = composite::makeNative();
       Image image;
@@ -297,9 +298,9 @@ TEST(CompositeNative, PiecesMakeUpTheCell) {
       EXPECT_EQ(stats.unresolved, 0U);
       // In any order, too: pieces are collected and sorted again.
       std::reverse(cut.cells.begin(), cut.cells.end());
-      std::reverse(cut.cuts.begin(), cut.cuts.end());
-      for (sort::Cut& c : cut.cuts)
-        c.entry = static_cast<std::uint32_t>(cut.cells.size() - 1 - c.entry);
+      const sort::Cuts cuts = std::exchange(cut.cuts, {});
+      for (std::size_t i = cuts.size(); i-- > 0;)
+        cut.cuts.add(static_cast<std::uint32_t>(cut.cells.size() - 1 - cuts[i].entry), cuts[i].keep);
       const composite::FrameStats repaired = drawWith(*native, s, view, cut, image);
       EXPECT_LE(largestDifference(image, castRays(s, project::Camera(view))), 0.1 * step);
       EXPECT_GT(repaired.resolved, 0U);

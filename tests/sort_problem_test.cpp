@@ -196,12 +196,12 @@ Tally shootRays(const mesh::Mesh& mesh, const Order& order, const Vec3& eye) {
 
 // Every point of a cell lies in exactly one of its entries: tried at points between its vertices.
 void expectEveryPart(const mesh::Mesh& mesh, const Order& order) {
-  std::vector<std::vector<const Cut*>> of(mesh.cell_count());
+  std::vector<std::vector<Cut>> of(mesh.cell_count());
   std::vector<std::size_t> entries(mesh.cell_count(), 0);
   for (const mesh::Id cell : order.cells)
     ++entries[cell];
-  for (const Cut& cut : order.cuts)
-    of[order.cells[cut.entry]].push_back(&cut);
+  for (std::size_t i = 0; i < order.cuts.size(); ++i)
+    of[order.cells[order.cuts[i].entry]].push_back(order.cuts[i]);
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (mesh::Id cell = 0; cell < mesh.cell_count(); ++cell) {
@@ -216,8 +216,8 @@ void expectEveryPart(const mesh::Mesh& mesh, const Order& order) {
         sum += weight;
       }
       p /= sum;
-      const auto inside = [&](const Cut* cut) {
-        return std::all_of(cut->keep.begin(), cut->keep.end(),
+      const auto inside = [&](const Cut& cut) {
+        return std::all_of(cut.keep.begin(), cut.keep.end(),
                            [&](const HalfSpace& h) { return glm::dot(h.normal, p) + h.offset >= 0.0; });
       };
       ASSERT_EQ(std::count_if(of[cell].begin(), of[cell].end(), inside), 1) << "cell " << cell;

@@ -102,7 +102,8 @@ void GlCellDrawer::preparePlanes(const Frame& frame, const FrameMap& map) {
   for (const ClipPlane& clip : frame.camera.view().clips) {
     planes_.push_back(map.plane({clip.normal, -glm::dot(clip.normal, clip.point)}));
   }
-  for (const sort::Cut& cut : frame.order.cuts) {
+  for (std::size_t i = 0; i < frame.order.cuts.size(); ++i) {
+    const sort::Cut cut = frame.order.cuts[i];
     if (cut.keep.size() > max_planes_of_cell) {
       throw Error(fmt::format(
           "{}: cell {} was cut {} times, more than the {} that the OpenGL backends number; use "
@@ -158,16 +159,15 @@ void GlCellDrawer::fill(const Frame& frame, const FrameMap& map, const GlLook& l
   CellRecord* record = static_cast<CellRecord*>(stream.cells.data()) + chunk.record;
   auto* const vertices = static_cast<ScreenVertex*>(stream.vertices.data());
   auto* const triangles = static_cast<std::uint32_t*>(stream.triangles.data());
-  const std::vector<sort::Cut>& cuts = frame.order.cuts;
-  auto cut = std::lower_bound(cuts.begin(), cuts.end(), chunk.first,
-                              [](const sort::Cut& c, std::size_t entry) { return c.entry < entry; });
+  const sort::Cuts& cuts = frame.order.cuts;
+  std::size_t cut = cuts.first(chunk.first);
   std::size_t vertex = chunk.vertex;
   std::size_t triangle = chunk.triangle;
   CoverScratch scratch;
   std::vector<ScreenVertex> corners;
   for (std::size_t entry = chunk.first; entry < chunk.end; ++entry) {
     const Id cell = frame.order.cells[entry];
-    while (cut != cuts.end() && cut->entry < entry) {
+    while (cut < cuts.size() && cuts[cut].entry < entry) {
       ++cut;
     }
     corners.clear();
@@ -180,11 +180,10 @@ void GlCellDrawer::fill(const Frame& frame, const FrameMap& map, const GlLook& l
     }
     const std::span<const std::uint32_t> faces = topology_->triangles(cell);
     const std::size_t second = topology_->shape() == CellShape::hexahedra ? topology_->diagonals(cell) : triangle;
-    const bool is_cut = cut != cuts.end() && cut->entry == entry;
+    const bool is_cut = cut < cuts.size() && cuts[cut].entry == entry;
     made.paint = look.paint(cell);
     made.at = {static_cast<std::uint32_t>(vertex), static_cast<std::uint32_t>(second),
-               static_cast<std::uint32_t>(faces.size()),
-               is_cut ? cut_planes_[static_cast<std::size_t>(cut - cuts.begin())] : 0};
+               static_cast<std::uint32_t>(faces.size()), is_cut ? cut_planes_[cut] : 0};
     *record++ = made;
     std::copy(corners.begin(), corners.end(), vertices + vertex);
     std::copy(faces.begin(), faces.end(), triangles + triangle);

@@ -46,21 +46,19 @@ void balance(std::vector<PolygonVertex>& polygon) {
 std::size_t appendPolygons(const Frame& frame, const FrameMap& map, std::size_t first, std::size_t end,
                            project::CellProjector& projector, project::Regions& regions,
                            std::vector<PolygonVertex>& out) {
-  const std::vector<sort::Cut>& cuts = frame.order.cuts;
-  auto cut = std::lower_bound(cuts.begin(), cuts.end(), first,
-                              [](const sort::Cut& c, std::size_t entry) { return c.entry < entry; });
+  const sort::Cuts& cuts = frame.order.cuts;
+  std::size_t cut = cuts.first(first);
   regions.clear();
   for (std::size_t entry = first; entry < end; ++entry) {
     const mesh::Id cell = frame.order.cells[entry];
-    while (cut != cuts.end() && cut->entry < entry) {
+    while (cut < cuts.size() && cuts[cut].entry < entry) {
       ++cut;
     }
     if (!frame.field.hidden.empty() && frame.field.hidden[cell] != 0) {
       continue;
     }
-    const bool is_cut = cut != cuts.end() && cut->entry == entry;
-    projector(cell, frame.field, regions,
-              is_cut ? std::span<const sort::HalfSpace>(cut->keep) : std::span<const sort::HalfSpace>());
+    const bool is_cut = cut < cuts.size() && cuts[cut].entry == entry;
+    projector(cell, frame.field, regions, is_cut ? cuts[cut].keep : std::span<const sort::HalfSpace>());
   }
   std::vector<PolygonVertex> polygon;
   for (std::size_t p = 0; p < regions.polygons(); ++p) {

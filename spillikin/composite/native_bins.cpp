@@ -127,14 +127,10 @@ void Bins::place(const Screen& screen) {
     Entry* entries = entries_.data();
     const auto columns = static_cast<std::size_t>(columns_);
     const Chunk c = chunk(order, index);
-    auto cut = std::lower_bound(order.cuts.begin(), order.cuts.end(), c.begin,
-                                [](const sort::Cut& a, std::size_t entry) { return a.entry < entry; });
+    std::size_t cut = order.cuts.first(c.begin);
     for (std::size_t i = c.begin; i-- > c.end;) {
       Entry entry{order.cells[i]};
-      if (cut != order.cuts.begin() && std::prev(cut)->entry == i) {
-        --cut;
-        entry.packed = static_cast<std::uint32_t>(cut - order.cuts.begin()) | Entry::cut_bit;
-      }
+      if (cut > 0 && order.cuts[cut - 1].entry == i) entry.packed = static_cast<std::uint32_t>(--cut) | Entry::cut_bit;
       if (i >= look_ahead) __builtin_prefetch(boxes_.data() + order.cells[i - look_ahead]);
       visitTiles(boxes_[order.cells[i]], columns, [&](std::size_t tile) { entries[next[tile]++] = entry; });
     }

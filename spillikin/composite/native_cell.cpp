@@ -74,7 +74,7 @@ Box pixelBox(const Screen& screen, std::span<const mesh::Id> vertices, const Box
           pastCentre(extent.x1, window.x0, window.x1), pastCentre(extent.y1, window.y0, window.y1)};
 }
 
-void CellShape::set(const Screen& screen, mesh::Id cell, const std::vector<sort::HalfSpace>* keep, int x0, int y0) {
+void CellShape::set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, int x0, int y0) {
   screen_ = &screen;
   cell_ = cell;
   keep_ = keep;
@@ -205,10 +205,8 @@ void CellShape::trim(double x, double y, std::vector<Span>& out) const {
   };
   for (const sort::HalfSpace& h : screen_->clips())
     apply(h);
-  if (keep_ != nullptr) {
-    for (const sort::HalfSpace& h : *keep_)
-      apply(h);
-  }
+  for (const sort::HalfSpace& h : keep_)
+    apply(h);
   std::size_t kept = 0;
   for (const Span& s : out) {
     Span cut = s;

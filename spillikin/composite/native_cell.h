@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "spillikin/composite/native_screen.h"
@@ -25,9 +26,9 @@ struct Box {
 // Prepared for one cell, asked for many rays. Reused, it stops allocating.
 class CellShape {
  public:
-  // `keep`: half-spaces that the piece of the cell is limited to, or null. Coordinates are taken relative to the pixel
-  // corner (x0, y0), which should be near the rays asked for. Cost: linear in the cell's faces.
-  void set(const Screen& screen, mesh::Id cell, const std::vector<sort::HalfSpace>* keep, int x0, int y0);
+  // `keep`: half-spaces that the piece of the cell is limited to, which must last. Coordinates are taken relative to
+  // the pixel corner (x0, y0), which should be near the rays asked for. Cost: linear in the cell's faces.
+  void set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, int x0, int y0);
 
   // The pixels of `window` whose centres the cell may cover.
   Box pixels(const Box& window) const;
@@ -49,7 +50,7 @@ class CellShape {
   };
   const std::vector<Triangle>& triangles() const { return triangles_; }
   mesh::Id cell() const { return cell_; }
-  const std::vector<sort::HalfSpace>* keep() const { return keep_; }
+  std::span<const sort::HalfSpace> keep() const { return keep_; }
 
  private:
   struct Crossing {
@@ -63,7 +64,7 @@ class CellShape {
   void trim(double x, double y, std::vector<Span>& out) const;
 
   const Screen* screen_ = nullptr;
-  const std::vector<sort::HalfSpace>* keep_ = nullptr;
+  std::span<const sort::HalfSpace> keep_;
   mesh::Id cell_ = 0;
   int x0_ = 0, y0_ = 0;
   bool constant_ = false;

@@ -136,7 +136,8 @@ mesh::Id TilePainter::cellOf(Entry entry) const {
 }
 
 void TilePainter::setShape(Entry entry) {
-  const std::vector<sort::HalfSpace>* keep = entry.cut() ? &screen_->frame().order.cuts[entry.index()].keep : nullptr;
+  std::span<const sort::HalfSpace> keep;
+  if (entry.cut()) keep = screen_->frame().order.cuts[entry.index()].keep;
   shape_.set(*screen_, cellOf(entry), keep, window_.x0, window_.y0);
 }
 

@@ -105,9 +105,9 @@ bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, Wh
   const std::vector<CellShape::Triangle>& triangles = shape.triangles();
   if (triangles.size() > WholeCell::max_triangles) return false;
   out.bound_count = 0;
-  if (shape.keep() != nullptr) {
+  if (!shape.keep().empty()) {
     const TileRays rays(view);
-    for (const sort::HalfSpace& keep : *shape.keep()) {
+    for (const sort::HalfSpace& keep : shape.keep()) {
       if (out.bound_count == WholeCell::max_limits || !setBound(view, rays, keep, out.bound[out.bound_count]))
         return false;
       ++out.bound_count;

@@ -34,14 +34,13 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Cells that are listed in more than one piece.
-std::size_t subdividedCells(const sort::Order& order) {
-  std::vector<mesh::Id> cells;
-  cells.reserve(order.cuts.size());
-  for (const sort::Cut& cut : order.cuts)
-    cells.push_back(order.cells[cut.entry]);
-  std::sort(cells.begin(), cells.end());
-  return static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin());
+// Of `cells`, those that are listed in more than one piece.
+std::size_t subdividedCells(const sort::Order& order, std::size_t cells) {
+  if (order.cuts.empty()) return 0;
+  std::vector<bool> cut(cells, false);
+  for (std::size_t i = 0; i < order.cuts.size(); ++i)
+    cut[order.cells[order.cuts[i].entry]] = true;
+  return static_cast<std::size_t>(std::count(cut.begin(), cut.end(), true));
 }
 
 }  // namespace
@@ -280,7 +279,7 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
   stats.sort.problems_known = s.order.problems.known;
   stats.sort.problem_faces = s.order.problems.faces;
   stats.sort.problem_cells = s.order.problems.cells;
-  stats.sort.subdivided_cells = subdividedCells(s.order);
+  stats.sort.subdivided_cells = subdividedCells(s.order, drawnMesh().cell_count());
   stats.sort.exact = s.order.exact;
   stats.sort.road = behind_certificate ? "certificate" : "order";
   stats.sort.why = behind_certificate

@@ -88,10 +88,9 @@ void OrderChecker::split(const Crossing& crossing, const Vec3& origin, const Vec
                          std::vector<Piece>& pieces) const {
   for (std::uint32_t e = first_entry_[crossing.cell]; e < first_entry_[crossing.cell + 1]; ++e) {
     Piece piece{crossing.cell, entry_[e], crossing.enter, crossing.leave};
-    const auto cut = std::lower_bound(order_.cuts.begin(), order_.cuts.end(), piece.place,
-                                      [](const Cut& c, std::uint32_t place) { return c.entry < place; });
-    if (cut != order_.cuts.end() && cut->entry == piece.place) {
-      for (const HalfSpace& h : cut->keep) {
+    const std::size_t cut = order_.cuts.first(piece.place);
+    if (cut < order_.cuts.size() && order_.cuts[cut].entry == piece.place) {
+      for (const HalfSpace& h : order_.cuts[cut].keep) {
         const double at_origin = glm::dot(h.normal, origin) + h.offset;
         const double slope = glm::dot(h.normal, direction);
         if (slope > 0.0) piece.enter = std::max(piece.enter, -at_origin / slope);

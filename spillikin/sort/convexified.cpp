@@ -69,17 +69,15 @@ std::unique_ptr<Convexified> Convexified::withoutFilling(const mesh::Mesh& mesh)
 void Convexified::operator()(const Viewpoint& viewpoint, Order& order) {
   (*mpvo_)(viewpoint, order);
   // Layers and cuts move up as filling cells are taken out.
-  std::size_t kept = 0, layer = 1, cut = 0, cuts_kept = 0;
+  std::size_t kept = 0, layer = 1, cut = 0;
+  cuts_.clear();
   for (std::size_t i = 0; i < order.cells.size(); ++i) {
     while (layer < order.layer_offset.size() && order.layer_offset[layer] == i) {
       order.layer_offset[layer++] = static_cast<std::uint32_t>(kept);
     }
     const bool keep = order.cells[i] < cells_;
     if (cut < order.cuts.size() && order.cuts[cut].entry == i) {
-      if (keep) {
-        if (cuts_kept != cut) std::swap(order.cuts[cuts_kept], order.cuts[cut]);
-        order.cuts[cuts_kept++].entry = static_cast<std::uint32_t>(kept);
-      }
+      if (keep) cuts_.add(static_cast<std::uint32_t>(kept), order.cuts[cut].keep);
       ++cut;
     }
     order.cells[kept] = order.cells[i];
@@ -89,7 +87,7 @@ void Convexified::operator()(const Viewpoint& viewpoint, Order& order) {
     order.layer_offset[layer] = static_cast<std::uint32_t>(kept);
   order.layer_offset.erase(std::unique(order.layer_offset.begin(), order.layer_offset.end()), order.layer_offset.end());
   order.cells.resize(kept);
-  order.cuts.resize(cuts_kept);
+  std::swap(order.cuts, cuts_);
   for (auto& cycle : order.cycles)
     std::erase_if(cycle, [&](mesh::Id c) { return c >= cells_; });
   std::erase_if(order.cycles, [](const auto& cycle) { return cycle.size() < 2; });  // of one cell and what fills

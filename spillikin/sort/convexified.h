@@ -38,6 +38,7 @@ class Convexified final : public Sorter {
   std::size_t crossed_ = 0;  // faces (split_exterior.h)
   std::unique_ptr<mesh::Mesh> filled_;
   std::unique_ptr<Mpvo> mpvo_;
+  Cuts cuts_;  // scratch
 };
 
 }  // namespace spillikin::sort

@@ -675,7 +675,7 @@ void CycleCutter::emitByDepth(const Nodes& nodes, Order& order) const {
 
 void CycleCutter::emit(std::uint32_t node, Order& order) const {
   const Piece& piece = pieces_[node];
-  if (!piece.keep.empty()) order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), piece.keep});
+  if (!piece.keep.empty()) order.cuts.add(static_cast<std::uint32_t>(order.cells.size()), piece.keep);
   order.cells.push_back(piece.cell);
   order.layer_offset.push_back(static_cast<std::uint32_t>(order.cells.size()));
 }

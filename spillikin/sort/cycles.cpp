@@ -21,15 +21,13 @@ void nameCycle(const std::vector<mesh::Id>& nodes, const LayeredSort& layered, O
 }
 
 // What the cutter made of a cycle, where it comes in the order.
-void append(Order&& part, Order& order) {
+void append(const Order& part, Order& order) {
   const auto shift = static_cast<std::uint32_t>(order.cells.size());
   order.cells.insert(order.cells.end(), part.cells.begin(), part.cells.end());
   for (const std::uint32_t end : part.layer_offset)
     order.layer_offset.push_back(shift + end);
-  for (Cut& cut : part.cuts) {
-    cut.entry += shift;
-    order.cuts.push_back(std::move(cut));
-  }
+  for (std::size_t i = 0; i < part.cuts.size(); ++i)
+    order.cuts.add(part.cuts[i].entry + shift, part.cuts[i].keep);
 }
 
 // The nodes that the layered sort left, their strong components, and the order of each that is a cycle.
@@ -82,6 +80,26 @@ std::vector<Order> cutEach(std::size_t count, const NodesOf& nodesOf, const mesh
   return cut;
 }
 
+// For all that is to be appended, so that the lists keep no slack of growing by doubling.
+void reserveLeft(const LayeredSort& layered, const Left& left, const std::vector<Order>& cut, Order& order) {
+  std::size_t cells = order.cells.size() + left.components.size() - cut.size();
+  std::size_t cuts = order.cuts.size(), half_spaces = order.cuts.halfSpaces();
+  for (const Order& part : cut) {
+    cells += part.cells.size();
+    cuts += part.cuts.size();
+    half_spaces += part.cuts.halfSpaces();
+  }
+  for (std::uint32_t k = 0; k < left.components.size() && layered.parted() != nullptr; ++k) {
+    if (left.components[k].size() > 1) continue;
+    const std::size_t n = layered.parted()->halfSpaces(left.node[left.components[k].front()]);
+    half_spaces += n;
+    cuts += n > 0 ? 1 : 0;
+  }
+  order.cells.reserve(cells);
+  order.layer_offset.reserve(order.layer_offset.size() + cells - order.cells.size());
+  order.cuts.reserve(cuts, half_spaces);
+}
+
 }  // namespace
 
 bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& layered, const Gaps* gaps,
@@ -95,6 +113,7 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
   std::vector<Order> cut = cutEach(
       cyclic.size(), [&](std::size_t i, auto& nodes) { left.nodes(cyclic[i], nodes); }, mesh, signs, layered, gaps,
       problems, viewpoint);
+  reserveLeft(layered, left, cut, order);
   bool right = true;
   std::vector<mesh::Id> nodes;
   std::size_t next = 0;
@@ -103,7 +122,7 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
     if (nodes.size() > 1) {
       nameCycle(nodes, layered, order);
       right = cut[next].exact && right;
-      append(std::move(cut[next++]), order);
+      append(cut[next++], order);
       continue;
     }
     if (layered.parted() != nullptr) layered.parted()->addCut(nodes.front(), order);
@@ -183,7 +202,9 @@ bool cutTies(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSort& 
       order.cells.push_back(static_cast<mesh::Id>(layered.nodes() + ties.pieces.size()));
       ties.pieces.push_back({cut.cells[i], {}});
       ties.tie_of_piece.push_back(tie);
-      if (at < cut.cuts.size() && cut.cuts[at].entry == i) ties.pieces.back().keep = std::move(cut.cuts[at++].keep);
+      if (at == cut.cuts.size() || cut.cuts[at].entry != i) continue;
+      const auto keep = cut.cuts[at++].keep;
+      ties.pieces.back().keep.assign(keep.begin(), keep.end());
     }
   }
   return right;

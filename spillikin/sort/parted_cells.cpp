@@ -25,74 +25,93 @@ double dot(const Vec3& a, const Vec3& b) {
 PartedCells::PartedCells(const mesh::Mesh& mesh, FaceSigns& signs, const ProblemFaces& problems)
     : mesh_(mesh), signs_(signs), problems_(problems) {
   if (mesh.quad_count() == 0) return;
-  group_.assign(mesh.cell_count(), unset);
-  head_.assign(mesh.cell_count(), unset);
+  first_.assign(mesh.cell_count(), unset);
 }
 
 void PartedCells::part() {
-  if (group_.empty()) return;
-  group();
+  if (first_.empty()) return;
+  const std::vector<std::uint32_t> begin = group();
   if (slivers_.empty()) return;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, parted_.size(), block), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells_, block), [&](const auto& range) {
     for (std::size_t g = range.begin(); g < range.end(); ++g) {
-      const std::span<Sliver> own{slivers_.data() + begin_[g], slivers_.data() + begin_[g + 1]};
-      for (Sliver& sliver : own)
-        measure(sliver);
-      arrange(own);
+      for (std::size_t i = begin[g]; i < begin[g + 1]; ++i)
+        measure(i);
+      arrange(begin[g], begin[g + 1]);
     }
   });
-  const std::size_t blocks = (parted_.size() + block - 1) / block;
-  found_.resize(std::max(found_.size(), blocks));
+  const std::size_t blocks = (cells_ + block - 1) / block;
+  // Not kept: twice as large as what is made of it.
+  std::vector<std::vector<Pair>> found(blocks);
   tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
-    found_[b].clear();
-    for (std::size_t g = b * block; g < std::min(parted_.size(), (b + 1) * block); ++g)
-      link(static_cast<std::uint32_t>(g), found_[b]);
+    for (std::size_t g = b * block; g < std::min(cells_, (b + 1) * block); ++g)
+      link(slivers_[begin[g]].cell, found[b]);
   });
-  head_.resize(nodes(), unset);
-  for (std::size_t b = 0; b < blocks; ++b) {
-    for (const auto& [from, to] : found_[b]) {
-      edges_.push_back({to, head_[from]});
-      head_[from] = static_cast<std::uint32_t>(edges_.size() - 1);
-    }
-  }
+  std::vector<Sides>().swap(sides_);
+  collect(found);
 }
 
-// Forgets the last view and lists this one's slivers, those of a cell together and by ascending face.
-void PartedCells::group() {
-  for (const mesh::Id cell : parted_)
-    group_[cell] = unset;
-  head_.resize(mesh_.cell_count());
-  if (!edges_.empty()) std::fill(head_.begin(), head_.end(), unset);
-  edges_.clear();
-  parted_.clear();
-  begin_.assign(1, 0);
+// The edges by the node that comes first.
+void PartedCells::collect(const std::vector<std::vector<Pair>>& found) {
+  first_edge_.assign(nodes() + 1, 0);
+  for (const auto& pairs : found) {
+    for (const auto& [from, to] : pairs)
+      ++first_edge_[from + 1];
+  }
+  for (std::size_t k = 1; k < first_edge_.size(); ++k)
+    first_edge_[k] += first_edge_[k - 1];
+  if (edge_.capacity() < first_edge_.back()) edge_ = {};  // nothing of the last view is copied
+  edge_.resize(first_edge_.back());
+  for (const auto& pairs : found) {
+    for (const auto& [from, to] : pairs)
+      edge_[first_edge_[from]++] = to;
+  }
+  // Each now begins where the next one did.
+  std::copy_backward(first_edge_.begin(), first_edge_.end() - 1, first_edge_.end());
+  first_edge_.front() = 0;
+}
+
+// Forgets the last view and lists this one's slivers, those of a cell together and by ascending face. Returns where
+// those of each cell begin, and the end.
+std::vector<std::uint32_t> PartedCells::group() {
+  for (const Sliver& sliver : slivers_)
+    first_[sliver.cell] = unset;
   slivers_.clear();
-  faces_.clear();
+  cells_ = 0;
+  std::vector<ProblemFace> faces;
+  faces.reserve(problems_.faces());
+  std::vector<std::uint32_t> begin{0};
+  begin.reserve(problems_.cells() + 1);
   for (const mesh::Id face : signs_.problems()) {
     const auto [inside, outside] = mesh_.cells(face);
     if (outside == mesh::none) continue;
     const unsigned side = problems_.valleySide(face);
     const mesh::Id problem = side == 0 ? inside : outside;
     if (!partable(problem, side == 0 ? outside : inside)) continue;
-    if (group_[problem] == unset) {
-      group_[problem] = static_cast<std::uint32_t>(parted_.size());
-      parted_.push_back(problem);
-      begin_.push_back(0);
+    // For now, which cell it is.
+    if (first_[problem] == unset) {
+      first_[problem] = static_cast<std::uint32_t>(cells_++);
+      begin.push_back(0);
     }
-    ++begin_[group_[problem] + 1];
-    faces_.push_back({problem, face, side});
+    ++begin[first_[problem] + 1];
+    faces.push_back({problem, face, side});
     signs_.settle(face, side);
   }
-  for (std::size_t g = 1; g < begin_.size(); ++g)
-    begin_[g] += begin_[g - 1];
-  slivers_.resize(begin_.back());
-  for (const auto& [problem, face, side] : faces_) {
+  for (std::size_t g = 1; g < begin.size(); ++g)
+    begin[g] += begin[g - 1];
+  slivers_.resize(begin.back());
+  sides_.resize(begin.back());
+  std::vector<std::uint32_t> next = begin;
+  for (const auto& [problem, face, side] : faces) {
     // Where T's normal, which points away from side 0, points to the viewpoint, P on side 0 is entered.
     const bool second = (signs_.sign(signs_.firstHalf(face)) > 0) != (side == 0);
-    slivers_[begin_[group_[problem]]++] = {problem, face, {}, second, 0, 0, 0};
+    Sliver& sliver = slivers_[next[first_[problem]]++];
+    sliver.cell = problem;
+    sliver.face = face & mesh::Id{0x7FFFFFFF};
+    sliver.second = second ? 1U : 0U;
   }
-  begin_.insert(begin_.begin(), 0);
-  begin_.pop_back();
+  for (std::size_t g = 0; g < cells_; ++g)
+    first_[slivers_[begin[g]].cell] = begin[g];
+  return begin;
 }
 
 bool PartedCells::partable(mesh::Id problem, mesh::Id other) const {
@@ -101,7 +120,10 @@ bool PartedCells::partable(mesh::Id problem, mesh::Id other) const {
 }
 
 // The plane of T and the sides of the cell's vertices.
-void PartedCells::measure(Sliver& sliver) const {
+void PartedCells::measure(std::size_t i) {
+  Sliver& sliver = slivers_[i];
+  Sides& sides = sides_[i];
+  sides = {};
   const auto& q = mesh_.quad[sliver.face - mesh_.triangle_count()];
   const mesh::Id first = q[0], u = sliver.second ? q[2] : q[1], w = sliver.second ? q[3] : q[2];
   const int towards = signs_.sign(sliver.second ? signs_.secondHalf(sliver.face) : signs_.firstHalf(sliver.face));
@@ -113,25 +135,32 @@ void PartedCells::measure(Sliver& sliver) const {
   const auto vertices = mesh_.vertices(sliver.cell);
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     if (vertices[k] == first || vertices[k] == u || vertices[k] == w) {
-      sliver.t |= std::uint64_t{1} << k;
+      sides.t |= std::uint64_t{1} << k;
       continue;
     }
     const int s = towards * mesh::orient3d(a, b, c, mesh_.points[vertices[k]]);
-    sliver.out |= std::uint64_t{s > 0 ? 1U : 0U} << k;
-    sliver.in |= std::uint64_t{s < 0 ? 1U : 0U} << k;
+    sides.out |= std::uint64_t{s > 0 ? 1U : 0U} << k;
+    sides.in |= std::uint64_t{s < 0 ? 1U : 0U} << k;
   }
 }
 
 // Where T of one problem face touches the sliver of another, that sliver comes before what lies beyond the face, and so
 // before its sliver: it is cut off later, if not all of them wait for each other.
-void PartedCells::arrange(std::span<Sliver> own) const {
-  for (std::size_t first = 0; first + 1 < own.size(); ++first) {
-    const auto free = [&](const Sliver& s) {
-      return std::none_of(own.begin() + static_cast<std::ptrdiff_t>(first), own.end(),
-                          [&](const Sliver& other) { return (s.out & other.t) != 0; });
+void PartedCells::arrange(std::size_t begin, std::size_t end) {
+  for (std::size_t first = begin; first + 1 < end; ++first) {
+    std::uint64_t triangles = 0;
+    for (std::size_t i = first; i < end; ++i)
+      triangles |= sides_[i].t;
+    std::size_t next = first;
+    while (next < end && (sides_[next].out & triangles) != 0)
+      ++next;
+    if (next == end) continue;
+    const auto rotate = [&](auto& of) {
+      const auto at = of.begin() + static_cast<std::ptrdiff_t>(next);
+      std::rotate(of.begin() + static_cast<std::ptrdiff_t>(first), at, at + 1);
     };
-    const auto next = std::find_if(own.begin() + static_cast<std::ptrdiff_t>(first), own.end(), free);
-    if (next != own.end()) std::rotate(own.begin() + static_cast<std::ptrdiff_t>(first), next, next + 1);
+    rotate(slivers_);
+    rotate(sides_);
   }
 }
 
@@ -153,10 +182,11 @@ std::uint64_t PartedCells::corners(mesh::Id cell, mesh::Id face, bool second) co
 
 // Whether a triangle of the cell, given by its corners, may touch its sliver i: not if it lies on the wrong side of one
 // of its planes. One that lies in such a plane may, but for T, before which the cell lies beyond.
-bool PartedCells::touches(std::span<const Sliver> own, std::size_t i, std::uint64_t triangle) {
-  if ((own[i].out & triangle) == 0 && ((own[i].in & triangle) != 0 || triangle == own[i].t)) return false;
+bool PartedCells::touches(std::span<const Sliver> own, std::size_t i, std::uint64_t triangle) const {
+  const Sides* const of = &sides(own.front());
+  if ((of[i].out & triangle) == 0 && ((of[i].in & triangle) != 0 || triangle == of[i].t)) return false;
   for (std::size_t j = 0; j < i; ++j) {
-    if ((own[j].in & triangle) == 0 && (own[j].out & triangle) != 0) return false;
+    if ((of[j].in & triangle) == 0 && (of[j].out & triangle) != 0) return false;
   }
   return true;
 }
@@ -168,17 +198,18 @@ bool PartedCells::meet(const Sliver& a, const Sliver& b) const {
   const auto vertices = mesh_.vertices(a.cell);
   // Never too low, and of the exact sign.
   const auto height = [&](const Sliver& s, std::size_t k) {
-    if ((((s.out | s.in) >> k) & 1U) == 0) return 0.0;
+    const Sides& of = sides(s);
+    if ((((of.out | of.in) >> k) & 1U) == 0) return 0.0;
     const Vec3& p = mesh_.points[vertices[k]];
     const double size = std::abs(p.x) + std::abs(p.y) + std::abs(p.z) + std::abs(s.near.offset);
     const double h = dot(s.near.normal, p) + s.near.offset + rounding * size;
-    return ((s.out >> k) & 1U) != 0 ? std::max(h, rounding * size) : std::min(h, 0.0);
+    return ((of.out >> k) & 1U) != 0 ? std::max(h, rounding * size) : std::min(h, 0.0);
   };
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    if (((a.out >> i) & 1U) == 0) continue;
+    if (((sides(a).out >> i) & 1U) == 0) continue;
     const double ai = height(a, i), bi = height(b, i);
     for (std::size_t j = 0; j < vertices.size(); ++j) {
-      if (((b.out >> j) & 1U) == 0) continue;
+      if (((sides(b).out >> j) & 1U) == 0) continue;
       const double aj = height(a, j), bj = height(b, j);
       // From i to j the first height ends, if it does, after the second begins.
       if (bi >= 0.0 || aj >= 0.0 || ai * bj >= aj * bi * (1.0 - rounding)) return true;
@@ -188,8 +219,7 @@ bool PartedCells::meet(const Sliver& a, const Sliver& b) const {
 }
 
 // The edges of the slivers of a cell.
-void PartedCells::link(std::uint32_t group, std::vector<Pair>& out) const {
-  const mesh::Id cell = parted_[group];
+void PartedCells::link(mesh::Id cell, std::vector<Pair>& out) const {
   const std::span<const Sliver> own = slivers(cell);
   bool closed = true;
   for (const mesh::FaceUse use : mesh_.faces(cell)) {
@@ -224,7 +254,7 @@ void PartedCells::linkOwn(std::span<const Sliver> own, const Sliver& problem, me
   const auto theirs = slivers(other);
   const std::uint64_t their_s = theirs.empty() ? 0 : corners(other, problem.face, !problem.second);
   for (std::size_t i = 0; i < own.size(); ++i) {
-    if (touches(own, i, problem.t)) out.push_back({node(own[i]), other});
+    if (touches(own, i, sides(problem).t)) out.push_back({node(own[i]), other});
     if (!touches(own, i, s)) continue;
     out.push_back({other, node(own[i])});
     for (std::size_t k = 0; k < theirs.size(); ++k) {
@@ -242,51 +272,65 @@ void PartedCells::linkSlivers(std::span<const Sliver> own, std::size_t i, bool c
   }
 }
 
-void PartedCells::keep(mesh::Id node, std::vector<HalfSpace>& out) const {
-  out.clear();
-  const std::span<const Sliver> own = slivers(cell(node));
-  for (const Sliver& s : own) {
+// Calls f(half-space) for those of a node.
+template <class F>
+void PartedCells::forEachHalf(mesh::Id node, const F& f) const {
+  for (const Sliver& s : slivers(cell(node))) {
     if (node >= mesh_.cell_count() && &s == &sliver(node)) {
-      out.push_back(s.near);
+      f(s.near);
       return;
     }
-    out.push_back({-s.near.normal, -s.near.offset});
+    f(HalfSpace{-s.near.normal, -s.near.offset});
   }
+}
+
+void PartedCells::keep(mesh::Id node, std::vector<HalfSpace>& out) const {
+  out.clear();
+  forEachHalf(node, [&](const HalfSpace& half) { out.push_back(half); });
 }
 
 void PartedCells::list(Order& order, std::span<const CellPiece> pieces) const {
-  std::size_t cuts = 0;
-  if (any() || !pieces.empty()) {
-    for (std::size_t i = 0; i < order.cells.size(); ++i) {
-      const mesh::Id node = order.cells[i];
-      if (node < mesh_.cell_count() && slivers(node).empty()) continue;
-      const CellPiece* piece = node < nodes() ? nullptr : &pieces[node - nodes()];
-      order.cells[i] = piece == nullptr ? cell(node) : piece->cell;
-      if (piece != nullptr && piece->keep.empty()) continue;
-      if (cuts == order.cuts.size()) order.cuts.emplace_back();
-      order.cuts[cuts].entry = static_cast<std::uint32_t>(i);
-      if (piece == nullptr) {
-        keep(node, order.cuts[cuts++].keep);
-      } else {
-        order.cuts[cuts++].keep = piece->keep;
-      }
+  order.cuts.clear();
+  if (!any() && pieces.empty()) return;
+  reserveCuts(order);
+  for (std::size_t i = 0; i < order.cells.size(); ++i) {
+    const mesh::Id node = order.cells[i];
+    if (node < mesh_.cell_count() && slivers(node).empty()) continue;
+    const auto entry = static_cast<std::uint32_t>(i);
+    if (node < nodes()) {
+      order.cells[i] = cell(node);
+      putCut(node, entry, order);
+      continue;
     }
+    const CellPiece& piece = pieces[node - nodes()];
+    order.cells[i] = piece.cell;
+    if (!piece.keep.empty()) order.cuts.add(entry, piece.keep);
   }
-  order.cuts.resize(cuts);
+}
+
+// For the parts of all cells.
+void PartedCells::reserveCuts(Order& order) const {
+  std::size_t half_spaces = 0;
+  for (std::size_t i = 0; i < slivers_.size();) {
+    const std::size_t n = slivers(slivers_[i].cell).size();
+    half_spaces += n + n * (n + 1) / 2;
+    i += n;
+  }
+  order.cuts.reserve(cells_ + slivers_.size(), half_spaces);
+}
+
+void PartedCells::putCut(mesh::Id node, std::uint32_t entry, Order& order) const {
+  order.cuts.open(entry);
+  forEachHalf(node, [&](const HalfSpace& half) { order.cuts.put(half); });
 }
 
 void PartedCells::addCut(mesh::Id node, Order& order) const {
-  if (slivers(cell(node)).empty()) return;
-  order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), {}});
-  keep(node, order.cuts.back().keep);
+  if (!slivers(cell(node)).empty()) putCut(node, static_cast<std::uint32_t>(order.cells.size()), order);
 }
 
 std::size_t PartedCells::bytes() const {
-  std::size_t bytes = slivers_.capacity() * sizeof(Sliver) + edges_.capacity() * sizeof(Edge) +
-                      4 * (group_.capacity() + begin_.capacity() + parted_.capacity() + head_.capacity());
-  for (const auto& found : found_)
-    bytes += found.capacity() * sizeof(Pair);
-  return bytes;
+  return slivers_.capacity() * sizeof(Sliver) + sides_.capacity() * sizeof(Sides) +
+         4 * (first_.capacity() + first_edge_.capacity() + edge_.capacity());
 }
 
 }  // namespace spillikin::sort

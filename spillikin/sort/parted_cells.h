@@ -33,16 +33,16 @@ struct CellPiece {
 //
 // (Max, Williams, Silva 2000, section V, subdivide the problem cell instead.)
 //
-// Cost of a view: linear in the problem faces, on all cores but for lists. Kept: 8 bytes a cell.
+// Cost of a view: linear in the problem faces, on all cores but for lists. Kept: 8 bytes a cell, 44 a sliver
+// and 4 an edge of one.
 class PartedCells {
  public:
   // What lies of `cell` beyond the planes of its slivers before this one and on the viewpoint's side of its own.
   struct Sliver {
-    mesh::Id cell, face;
-    HalfSpace near;  // the viewpoint's side of the plane of T
-    bool second;     // T is the second half of the face
-    // Of the cell's vertices: those strictly on that side, those strictly beyond, and the corners of T.
-    std::uint64_t out = 0, in = 0, t = 0;
+    mesh::Id cell;
+    mesh::Id face : 31;
+    mesh::Id second : 1;  // T is the second half of the face
+    HalfSpace near;       // the viewpoint's side of the plane of T
   };
 
   // All must outlive it.
@@ -58,9 +58,12 @@ class PartedCells {
   mesh::Id cell(mesh::Id node) const { return node < mesh_.cell_count() ? node : sliver(node).cell; }
   const Sliver& sliver(mesh::Id node) const { return slivers_[node - mesh_.cell_count()]; }
   std::span<const Sliver> slivers(mesh::Id cell) const {
-    const std::uint32_t g = slivers_.empty() ? unset : group_[cell];
-    if (g == unset) return {};
-    return {slivers_.data() + begin_[g], slivers_.data() + begin_[g + 1]};
+    const std::uint32_t first = slivers_.empty() ? unset : first_[cell];
+    if (first == unset) return {};
+    std::size_t end = first + std::size_t{1};
+    while (end < slivers_.size() && slivers_[end].cell == cell)
+      ++end;
+    return {slivers_.data() + first, slivers_.data() + end};
   }
   mesh::Id node(const Sliver& sliver) const {
     return static_cast<mesh::Id>(mesh_.cell_count() + static_cast<std::size_t>(&sliver - slivers_.data()));
@@ -69,19 +72,23 @@ class PartedCells {
   // Edges beside those of the faces, for nodes: calls f(successor).
   template <class F>
   void forEachAfter(mesh::Id node, const F& f) const {
-    for (std::uint32_t e = head_[node]; e != unset; e = edges_[e].next)
-      f(edges_[e].to);
+    for (std::uint32_t e = first_edge_[node]; e < first_edge_[node + 1]; ++e)
+      f(edge_[e]);
   }
   template <class F>
   void forEachEdge(const F& f) const {
-    for (const Edge& edge : edges_)
-      f(edge.to);
+    for (const mesh::Id to : edge_)
+      f(to);
   }
 
   // Replaces nodes by cells in the order and writes its cuts, for all that it lists; ids from nodes() on are `pieces`.
   void list(Order& order, std::span<const CellPiece> pieces = {}) const;
   // Of a node that is to be listed next.
   void addCut(mesh::Id node, Order& order) const;
+  std::size_t halfSpaces(mesh::Id node) const {
+    const auto own = slivers(cell(node));
+    return node < mesh_.cell_count() ? own.size() : static_cast<std::size_t>(&sliver(node) - own.data()) + 1;
+  }
   // The half-spaces of a node; it is the cell inside all of them.
   void keep(mesh::Id node, std::vector<HalfSpace>& out) const;
 
@@ -89,9 +96,9 @@ class PartedCells {
 
  private:
   static constexpr std::uint32_t unset = 0xFFFFFFFFU;
-  struct Edge {
-    mesh::Id to;
-    std::uint32_t next;
+  // Of a cell's vertices: those strictly on a sliver's side of its plane, those strictly beyond, and the corners of T.
+  struct Sides {
+    std::uint64_t out = 0, in = 0, t = 0;
   };
   struct Pair {
     mesh::Id from, to;
@@ -101,29 +108,33 @@ class PartedCells {
     unsigned side;  // of the cell
   };
 
-  void group();
+  std::vector<std::uint32_t> group();
+  template <class F>
+  void forEachHalf(mesh::Id node, const F& f) const;
+  void reserveCuts(Order& order) const;
+  void putCut(mesh::Id node, std::uint32_t entry, Order& order) const;
   bool partable(mesh::Id problem, mesh::Id other) const;
-  void measure(Sliver& sliver) const;
-  void arrange(std::span<Sliver> own) const;
-  void link(std::uint32_t group, std::vector<Pair>& out) const;
+  void measure(std::size_t i);
+  void arrange(std::size_t begin, std::size_t end);
+  void collect(const std::vector<std::vector<Pair>>& found);
+  void link(mesh::Id cell, std::vector<Pair>& out) const;
   void linkOwn(std::span<const Sliver> own, const Sliver& problem, mesh::Id other, std::vector<Pair>& out) const;
   void linkSlivers(std::span<const Sliver> own, std::size_t i, bool closed, std::vector<Pair>& out) const;
   std::uint64_t corners(mesh::Id cell, mesh::Id face, bool second) const;
   static const Sliver* find(std::span<const Sliver> slivers, mesh::Id face);
-  static bool touches(std::span<const Sliver> own, std::size_t i, std::uint64_t triangle);
+  const Sides& sides(const Sliver& sliver) const { return sides_[static_cast<std::size_t>(&sliver - slivers_.data())]; }
+  bool touches(std::span<const Sliver> own, std::size_t i, std::uint64_t triangle) const;
   bool meet(const Sliver& a, const Sliver& b) const;
 
   const mesh::Mesh& mesh_;
   FaceSigns& signs_;
   const ProblemFaces& problems_;
-  std::vector<ProblemFace> faces_;
-  std::vector<Sliver> slivers_;       // by cell
-  std::vector<std::uint32_t> group_;  // per cell, of its slivers, or unset
-  std::vector<std::uint32_t> begin_;  // per group, and the end
-  std::vector<mesh::Id> parted_;      // the cells of the groups
-  std::vector<std::uint32_t> head_;   // per node: its first edge, or unset
-  std::vector<Edge> edges_;
-  std::vector<std::vector<Pair>> found_;  // by block of groups
+  std::vector<Sliver> slivers_;            // by cell
+  std::vector<Sides> sides_;               // beside them, while they are linked
+  std::size_t cells_ = 0;                  // that they are cut off
+  std::vector<std::uint32_t> first_;       // per cell: its first sliver, or unset
+  std::vector<std::uint32_t> first_edge_;  // per node, and the end
+  std::vector<mesh::Id> edge_;             // what comes after
 };
 
 }  // namespace spillikin::sort

@@ -1,9 +1,11 @@
 // One interface for every visibility order: prepare once per geometry, ask once per viewpoint.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,10 +37,56 @@ struct HalfSpace {
   double offset = 0.0;
 };
 
-// Where a cell of a cycle was cut: the entry's cell counts only inside all of its half-spaces. Sorted by entry.
+// Where a cell of a cycle was cut: the entry's cell counts only inside all of its half-spaces.
 struct Cut {
   std::uint32_t entry = 0;  // index into Order::cells
-  std::vector<HalfSpace> keep;
+  std::span<const HalfSpace> keep;
+};
+
+// By ascending entry, the half-spaces of all in one pool. Reused, it stops allocating.
+class Cuts {
+ public:
+  std::size_t size() const { return entry_.size(); }
+  bool empty() const { return entry_.empty(); }
+  Cut operator[](std::size_t i) const {
+    return {entry_[i], {pool_.data() + (i == 0 ? 0 : end_[i - 1]), pool_.data() + end_[i]}};
+  }
+  // The first of this entry or a later one; size() if there is none.
+  std::size_t first(std::size_t entry) const {
+    return static_cast<std::size_t>(std::lower_bound(entry_.begin(), entry_.end(), entry) - entry_.begin());
+  }
+  std::size_t halfSpaces() const { return pool_.size(); }
+
+  void clear() {
+    entry_.clear();
+    end_.clear();
+    pool_.clear();
+  }
+  // For so many, and half-spaces of all of them together, without the slack of growing by doubling.
+  void reserve(std::size_t cuts, std::size_t half_spaces) {
+    entry_.reserve(cuts);
+    end_.reserve(cuts);
+    pool_.reserve(half_spaces);
+  }
+  // `entry` after those that there are.
+  void add(std::uint32_t entry, std::span<const HalfSpace> keep) {
+    open(entry);
+    for (const HalfSpace& half : keep)
+      put(half);
+  }
+  // The same, one half-space at a time.
+  void open(std::uint32_t entry) {
+    entry_.push_back(entry);
+    end_.push_back(static_cast<std::uint32_t>(pool_.size()));
+  }
+  void put(const HalfSpace& half) {
+    pool_.push_back(half);
+    ++end_.back();
+  }
+
+ private:
+  std::vector<std::uint32_t> entry_, end_;
+  std::vector<HalfSpace> pool_;
 };
 
 // Quadrilaterals through which a ray leaves a cell and enters it again, and these cells (problem_faces.h). Not known
@@ -53,7 +101,7 @@ struct Order {
   std::vector<mesh::Id> cells;  // back to front; every cell once, once per piece where it was cut
   std::vector<std::uint32_t>
       layer_offset;  // empty, or starts of runs of cells that do not obscure each other, and the end
-  std::vector<Cut> cuts;
+  Cuts cuts;
   // Strongly connected cells that were found, before any cut of theirs. What one curved face does between two cells is
   // none: the problem cell is in parts from the start (parted_cells.h).
   std::vector<std::vector<mesh::Id>> cycles;

@@ -7,7 +7,7 @@ void appendUnlisted(const Order& whole, const std::vector<std::uint8_t>& listed,
   for (std::uint32_t i = 0; i < whole.cells.size(); ++i) {
     const bool has_cut = cut < whole.cuts.size() && whole.cuts[cut].entry == i;
     if (listed[whole.cells[i]] == 0) {
-      if (has_cut) order.cuts.push_back({static_cast<std::uint32_t>(order.cells.size()), whole.cuts[cut].keep});
+      if (has_cut) order.cuts.add(static_cast<std::uint32_t>(order.cells.size()), whole.cuts[cut].keep);
       order.cells.push_back(whole.cells[i]);
     }
     if (has_cut) ++cut;
