@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_centres.h"
@@ -421,6 +422,32 @@ class Shader<Care::full> {
   std::int32_t first_, last_;
   VF lo_, hi_;
 };
+
+// Calls f with a care as a constant, std::integral_constant<Care, care>, so that what f calls is made for it. Edge-on
+// cells take full care.
+template <class F>
+HWY_INLINE std::size_t withCare(Care care, const F& f) {
+  switch (care) {
+    case Care::none:
+      return f(std::integral_constant<Care, Care::none>());
+    case Care::bend:
+      return f(std::integral_constant<Care, Care::bend>());
+    case Care::bends:
+      return f(std::integral_constant<Care, Care::bends>());
+    case Care::long_bends:
+      return f(std::integral_constant<Care, Care::long_bends>());
+    case Care::cut:
+      return f(std::integral_constant<Care, Care::cut>());
+    case Care::cuts:
+      return f(std::integral_constant<Care, Care::cuts>());
+    case Care::deep:
+      return f(std::integral_constant<Care, Care::deep>());
+    case Care::full:
+    case Care::edge_on:
+      break;
+  }
+  return f(std::integral_constant<Care, Care::full>());
+}
 
 }  // namespace
 }  // namespace spillikin::composite::native::HWY_NAMESPACE

@@ -353,26 +353,8 @@ HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
 
 template <bool Parallel, bool Clipped>
 std::size_t shadeSheetsAs(const Painting& p, Pixels& pixels) {
-  switch (p.cell.care) {
-    case Care::none:
-      return shadeSheets<Parallel, Clipped, Care::none>(p, pixels);
-    case Care::bend:
-      return shadeSheets<Parallel, Clipped, Care::bend>(p, pixels);
-    case Care::bends:
-      return shadeSheets<Parallel, Clipped, Care::bends>(p, pixels);
-    case Care::long_bends:
-      return shadeSheets<Parallel, Clipped, Care::long_bends>(p, pixels);
-    case Care::cut:
-      return shadeSheets<Parallel, Clipped, Care::cut>(p, pixels);
-    case Care::cuts:
-      return shadeSheets<Parallel, Clipped, Care::cuts>(p, pixels);
-    case Care::deep:
-      return shadeSheets<Parallel, Clipped, Care::deep>(p, pixels);
-    case Care::full:
-    case Care::edge_on:
-      break;
-  }
-  return shadeSheets<Parallel, Clipped, Care::full>(p, pixels);
+  return withCare(p.cell.care,
+                  [&](auto care) HWY_ATTR { return shadeSheets<Parallel, Clipped, decltype(care)::value>(p, pixels); });
 }
 
 // The planes of a piece; false where one is seen edge-on or there are too many.

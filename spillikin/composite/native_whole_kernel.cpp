@@ -151,26 +151,9 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
 
 template <bool Parallel, bool Clipped>
 std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
-  switch (cell.care) {
-    case Care::none:
-      return shadeWhole<Parallel, Clipped, Care::none>(view, cell, pixels, scratch);
-    case Care::bend:
-      return shadeWhole<Parallel, Clipped, Care::bend>(view, cell, pixels, scratch);
-    case Care::bends:
-      return shadeWhole<Parallel, Clipped, Care::bends>(view, cell, pixels, scratch);
-    case Care::long_bends:
-      return shadeWhole<Parallel, Clipped, Care::long_bends>(view, cell, pixels, scratch);
-    case Care::cut:
-      return shadeWhole<Parallel, Clipped, Care::cut>(view, cell, pixels, scratch);
-    case Care::cuts:
-      return shadeWhole<Parallel, Clipped, Care::cuts>(view, cell, pixels, scratch);
-    case Care::deep:
-      return shadeWhole<Parallel, Clipped, Care::deep>(view, cell, pixels, scratch);
-    case Care::full:
-    case Care::edge_on:
-      break;
-  }
-  return shadeWhole<Parallel, Clipped, Care::full>(view, cell, pixels, scratch);
+  return withCare(cell.care, [&](auto care) HWY_ATTR {
+    return shadeWhole<Parallel, Clipped, decltype(care)::value>(view, cell, pixels, scratch);
+  });
 }
 
 std::size_t whole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
