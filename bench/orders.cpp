@@ -1,6 +1,6 @@
 // Every visibility sort on every mesh given, from random viewpoints outside and inside: what it costs beside MPVO, and
 // on how many rays of a grid over the image two cells come in the wrong order.
-//   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--strict] MESH...
+//   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--newell CELLS] [--strict] MESH...
 // A MESH is a file, a folder of files, or made: grid:N curved:N shell:N tori:N ring:N delaunay:N. With --strict the
 // exit code is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
 #include <fmt/format.h>
@@ -43,10 +43,8 @@ struct Wish {
   int views = 10, rays = 64, repeat = 3;
   std::uint64_t seed = 1;
   bool strict = false;
+  int newell_cells = 2500;  // at most, else it is left out, and said so: pairs of cells are compared one by one
 };
-
-// What is left out of a run, and said so: pairs of cells are compared one by one.
-constexpr std::size_t most_newell_cells = 2500;
 
 mesh::Source made(const std::string& name) {
   const auto colon = name.find(':');
@@ -205,8 +203,8 @@ bool runMesh(const std::string& name, const Wish& wish) {
   for (const sort::Algorithm a : wish.sorts) {
     Contender& c = contenders.emplace_back();
     c.algorithm = a;
-    if (a == sort::Algorithm::newell && mesh.cell_count() > most_newell_cells) {
-      c.refused = fmt::format("not run: more than {} cells", most_newell_cells);
+    if (a == sort::Algorithm::newell && mesh.cell_count() > static_cast<std::size_t>(wish.newell_cells)) {
+      c.refused = fmt::format("not run: more than {} cells", wish.newell_cells);
       continue;
     }
     try {
@@ -281,6 +279,8 @@ Wish parse(int argc, char** argv) {
       wish.rays = number(i);
     } else if (arg == "--repeat") {
       wish.repeat = number(i);
+    } else if (arg == "--newell") {
+      wish.newell_cells = number(i);
     } else if (arg == "--seed") {
       wish.seed = static_cast<std::uint64_t>(number(i));
     } else if (arg == "--strict") {
