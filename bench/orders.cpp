@@ -1,6 +1,7 @@
 // Every visibility sort on every mesh given, from random viewpoints outside and inside: what it costs beside MPVO, and
 // on how many rays of a grid over the image two cells come in the wrong order.
-//   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--newell CELLS] [--strict] MESH...
+//   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--newell CELLS] [--strict]
+//   MESH...
 // A MESH is a file, a folder of files, or made: grid:N curved:N shell:N tori:N ring:N delaunay:N. With --strict the
 // exit code is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
 #include <fmt/format.h>
