@@ -53,6 +53,16 @@ class Certificate {
   VF at_, slope_, solid_at_, solid_slope_;
 };
 
+// Marks the vectors with pixels that are wanted as those that cells need come to.
+HWY_INLINE void lookAtWanted(const PixelMask& wanted, Pixels& pixels) {
+  const std::size_t lanes = hn::Lanes(DF());
+  const unsigned full = static_cast<unsigned>((std::uint64_t{1} << lanes) - 1);
+  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
+    const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
+    pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
+  }
+}
+
 }  // namespace
 }  // namespace spillikin::composite::native::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -312,12 +312,7 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
 
 bool collect(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
              KernelScratch& scratch, std::size_t most, std::vector<Fragment>& out) {
-  const std::size_t lanes = hn::Lanes(DF());
-  const unsigned full = static_cast<unsigned>((std::uint64_t{1} << lanes) - 1);
-  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
-    const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
-    pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
-  }
+  lookAtWanted(wanted, pixels);
   const CellBatch& batch = scratch.batch;
   for (std::size_t begin = 0; begin < entries.size(); begin += batch_cells) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));

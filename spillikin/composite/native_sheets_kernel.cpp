@@ -453,12 +453,7 @@ HWY_NOINLINE void collectOne(const Painting& p, const PixelMask& wanted, const P
 
 bool sheetFragments(const TileView& view, std::span<const Entry> entries, const PixelMask& wanted, Pixels& pixels,
                     SheetScratch& scratch, Pixels& blank, std::size_t most, std::vector<Fragment>& out) {
-  const std::size_t lanes = hn::Lanes(DF());
-  const unsigned full = static_cast<unsigned>((std::uint64_t{1} << lanes) - 1);
-  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
-    const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
-    pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
-  }
+  lookAtWanted(wanted, pixels);
   const TileRays tile(view);
   for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
