@@ -150,6 +150,24 @@ TEST(CompositeNative, SameBitsOnAnyNumberOfThreads) {
   }
 }
 
+// Whatever the picture held before, tiles without a cell included, and wherever its rows begin in memory.
+TEST(CompositeNative, EveryPixelIsWritten) {
+  const Subject s(delaunayCube(60, 4), "", "viridis", 8.0);
+  for (const int width : {97, 128, 131}) {
+    SCOPED_TRACE(width);
+    View view = viewOf(s, {0.3, 0.6, 0.8}, width, 109);
+    view.view_angle = 100.0;  // most tiles are empty
+    const auto native = composite::makeNative();
+    const sort::Order order = orderOf(s, view);
+    Image clean, used(width, 109);
+    drawWith(*native, s, view, order, clean);
+    std::fill(used.rgba.begin(), used.rgba.end(), 0.7F);
+    drawWith(*native, s, view, order, used);
+    EXPECT_EQ(clean.rgba, used.rgba);
+    EXPECT_EQ(std::vector<float>(clean.rgba.begin(), clean.rgba.begin() + 4), std::vector<float>(4, 0.0F));
+  }
+}
+
 TEST(CompositeNative, EveryInstructionSetDrawsTheSame) {
   const Subject tetrahedra(delaunayCube(2000, 6), "", "viridis", 8.0);
   const Subject hexahedra(hexahedronGrid(6, 0.15, 3), "", "comb", 1.5);

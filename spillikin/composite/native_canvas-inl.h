@@ -8,8 +8,11 @@
 #define SPILLIKIN_NATIVE_CANVAS_INL_H
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 
@@ -46,30 +49,58 @@ void clear(const TileView& view, Pixels& pixels) {
   pixels.live.fill(1);
 }
 
-void store(const Pixels& pixels, int width, int height, float* out, std::size_t stride) {
+// Four rows of a tile as the image has them.
+struct Rows {
+  static constexpr std::size_t row = std::size_t{4} * tile_size;
+  alignas(64) float rgba[4][row];
+};
+
+HWY_INLINE void interleave(const Pixels& pixels, std::size_t block_row, Rows& rows) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   alignas(64) float rgba[4 * block_pixels];
-  for (int by = 0; 4 * by < height; ++by) {
-    for (int bx = 0; 4 * bx < width; ++bx) {
-      const std::size_t first = pixelIndex(4 * bx, 4 * by);
-      for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
-        const auto load = [&](const auto& channel) HWY_ATTR { return hn::Load(d, channel.data() + first + sub); };
-        hn::StoreInterleaved4(load(pixels.red), load(pixels.green), load(pixels.blue),
-                              hn::Sub(hn::Set(d, 1.0F), load(pixels.light)), d, rgba + 4 * sub);
-      }
-      const int columns = width - 4 * bx < 4 ? width - 4 * bx : 4;
-      float* row = out + static_cast<std::size_t>(4 * by) * stride + std::size_t{16} * static_cast<std::size_t>(bx);
-      for (int y = 0; y < 4 && 4 * by + y < height; ++y, row += stride) {
-        if (columns == 4) {
-          std::memcpy(row, rgba + std::size_t{16} * static_cast<std::size_t>(y), 16 * sizeof(float));
-        } else {
-          std::memcpy(row, rgba + std::size_t{16} * static_cast<std::size_t>(y),
-                      4 * sizeof(float) * static_cast<std::size_t>(columns));
-        }
-      }
+  for (std::size_t bx = 0; bx < block_columns; ++bx) {
+    const std::size_t first = (block_row * block_columns + bx) * block_pixels;
+    for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
+      const auto load = [&](const auto& channel) HWY_ATTR { return hn::Load(d, channel.data() + first + sub); };
+      hn::StoreInterleaved4(load(pixels.red), load(pixels.green), load(pixels.blue),
+                            hn::Sub(hn::Set(d, 1.0F), load(pixels.light)), d, rgba + 4 * sub);
     }
+    for (std::size_t y = 0; y < 4; ++y)
+      std::memcpy(rows.rgba[y] + 16 * bx, rgba + 16 * y, 16 * sizeof(float));
   }
+}
+
+// Whole vectors go past the cache: an image is larger than that, and nothing of it is read while it is drawn.
+HWY_INLINE void streamRow(const float* from, std::size_t count, float* to) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const std::size_t vector_bytes = lanes * sizeof(float);
+  const std::size_t behind = reinterpret_cast<std::uintptr_t>(to) % vector_bytes;
+  std::size_t i = behind == 0 ? 0 : std::min((vector_bytes - behind) / sizeof(float), count);
+  std::memcpy(to, from, i * sizeof(float));
+  for (; i + lanes <= count; i += lanes)
+    hn::Stream(hn::LoadU(d, from + i), d, to + i);
+  std::memcpy(to + i, from + i, (count - i) * sizeof(float));
+}
+
+void store(const Pixels& pixels, int width, int height, float* out, std::size_t stride) {
+  Rows rows;
+  const auto count = static_cast<std::size_t>(4 * width);
+  for (int by = 0; 4 * by < height; ++by) {
+    interleave(pixels, static_cast<std::size_t>(by), rows);
+    for (int y = 0; y < 4 && 4 * by + y < height; ++y, out += stride)
+      streamRow(rows.rgba[y], count, out);
+  }
+  hwy::FlushStream();
+}
+
+// What store() writes of pixels that nothing has been drawn on.
+void blank(int width, int height, float* out, std::size_t stride) {
+  alignas(64) constexpr float none[Rows::row] = {};
+  for (int y = 0; y < height; ++y, out += stride)
+    streamRow(none, static_cast<std::size_t>(4 * width), out);
+  hwy::FlushStream();
 }
 
 }  // namespace

@@ -388,6 +388,7 @@ namespace spillikin::composite::native {
 
 HWY_EXPORT(clear);
 HWY_EXPORT(store);
+HWY_EXPORT(blank);
 HWY_EXPORT(paint);
 HWY_EXPORT(boxes);
 HWY_EXPORT(collect);
@@ -399,6 +400,10 @@ void clearPixels(const TileView& view, Pixels& pixels) {
 
 void storePixels(const Pixels& pixels, int width, int height, float* out, std::size_t stride) {
   HWY_DYNAMIC_DISPATCH(store)(pixels, width, height, out, stride);
+}
+
+void storeBlank(int width, int height, float* out, std::size_t stride) {
+  HWY_DYNAMIC_DISPATCH(blank)(width, height, out, stride);
 }
 
 std::size_t paintTetrahedra(const TileView& view, std::span<const Entry> entries, Pixels& pixels,

@@ -49,6 +49,8 @@ void clearPixels(const TileView& view, Pixels& pixels);
 
 // Writes the tile's pixels as premultiplied RGBA: rows of `width` pixels, `stride` floats apart.
 void storePixels(const Pixels& pixels, int width, int height, float* out, std::size_t stride);
+// The same of a tile that no cell covers.
+void storeBlank(int width, int height, float* out, std::size_t stride);
 
 // Composites the tetrahedra, nearest first; none of the entries is a cut. Returns the fragments drawn. Stops early
 // where every pixel is opaque and the order is trusted.

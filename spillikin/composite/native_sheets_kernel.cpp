@@ -146,7 +146,9 @@ struct Cover {
   std::vector<std::uint16_t>& one_by_one;
 };
 
-template <bool Careful, bool Folded, unsigned Sheets>
+// Of a piece of a cell, and of a cell with gaps or steep sheets (Careful), vectors on which the limits leave nothing
+// are left out (Cut).
+template <bool Careful, bool Cut, bool Folded, unsigned Sheets>
 HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
@@ -163,8 +165,9 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
       const VF y = hn::Load(d, centres.y[by] + sub);
       const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
       Interval in = intervalOf<Folded, Sheets>(c.cell, x, y);
+      Limits limits{};
+      if constexpr (Cut) limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
       if constexpr (Careful) {
-        const Limits limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
         auto hard = hn::MaskFromVec(hn::Zero(d));
         for (unsigned k = 0; k < c.cell.gap_count; ++k)
           hard = hn::Or(hard, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
@@ -186,6 +189,10 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
       }
       c.out.pixel[n] = static_cast<std::uint32_t>(first);
       // No branch on what is as good as random: an empty vector's place is taken by the next one.
+      if constexpr (Cut) {
+        in.near.z = hn::Min(in.near.z, limits.near);
+        in.far.z = hn::Max(in.far.z, limits.far);
+      }
       const bool some = !hn::AllFalse(d, hn::Gt(in.near.z, in.far.z));
       n += static_cast<std::size_t>(some) & c.pixels.live[first];
     }
@@ -309,15 +316,25 @@ class SheetRays {
 };
 
 // Most cells have three or four sheets on either side.
-HWY_INLINE std::size_t coverAny(const Cover& c) {
+template <bool Careful, bool Cut, bool Folded>
+HWY_INLINE std::size_t coverCounted(const Cover& c) {
   const unsigned most = std::max(c.cell.entered_count, c.cell.left_count);
-  if (c.cell.gap_count > 0 || c.cell.steep != 0) {
-    if (!c.cell.folded) return coverSheets<true, false, 0>(c);
-    return most <= 4 ? coverSheets<true, true, 4>(c) : coverSheets<true, true, 0>(c);
+  if constexpr (!Careful && !Cut) {
+    if (most <= 3) return coverSheets<Careful, Cut, Folded, 3>(c);
   }
-  if (most <= 3) return c.cell.folded ? coverSheets<false, true, 3>(c) : coverSheets<false, false, 3>(c);
-  if (most == 4) return c.cell.folded ? coverSheets<false, true, 4>(c) : coverSheets<false, false, 4>(c);
-  return c.cell.folded ? coverSheets<false, true, 0>(c) : coverSheets<false, false, 0>(c);
+  if constexpr (Folded || !Cut) {
+    if (most <= 4) return coverSheets<Careful, Cut, Folded, 4>(c);
+  }
+  return coverSheets<Careful, Cut, Folded, 0>(c);
+}
+
+HWY_INLINE std::size_t coverAny(const Cover& c) {
+  if (c.cell.gap_count > 0 || c.cell.steep != 0) {
+    return c.cell.folded ? coverCounted<true, true, true>(c) : coverCounted<true, true, false>(c);
+  }
+  if (!c.bounds.empty())
+    return c.cell.folded ? coverCounted<false, true, true>(c) : coverCounted<false, true, false>(c);
+  return c.cell.folded ? coverCounted<false, false, true>(c) : coverCounted<false, false, false>(c);
 }
 
 struct Painting {

@@ -28,6 +28,11 @@ TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entrie
   screen_ = &screen;
   window_ = window;
   stats_ = {};
+  if (entries.empty()) {
+    storeBlank(window.x1 - window.x0, window.y1 - window.y0, image.pixel(window.x0, window.y0),
+               4 * static_cast<std::size_t>(image.width));
+    return stats_;
+  }
   begin(screen, window);
   composite(entries);
   resolve(entries);
@@ -83,9 +88,12 @@ void TilePainter::setView() {
 void TilePainter::setClips() {
   const Depths& depths = screen_->depths();
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  pixels_.clip_near.fill(infinity);
-  pixels_.clip_far.fill(depths.parallel ? -infinity : static_cast<float>(-depths.z0));
+  const float eye = depths.parallel ? -infinity : static_cast<float>(-depths.z0);
   view_.clipped = !screen_->clips().empty();
+  if (!view_.clipped && unclipped_ == eye) return;
+  pixels_.clip_near.fill(infinity);
+  pixels_.clip_far.fill(eye);
+  unclipped_ = view_.clipped ? std::numeric_limits<float>::quiet_NaN() : eye;
   for (const sort::HalfSpace& clip : screen_->clips()) {
     for (int y = 0; y < tile_size; ++y) {
       for (int x = 0; x < tile_size; ++x) {

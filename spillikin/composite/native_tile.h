@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -61,6 +62,8 @@ class TilePainter {
   Box window_;
   TileView view_;
   Pixels pixels_;
+  // The limit of the eye that the pixels' clip ranges hold, and nothing else; not a number where they hold more.
+  float unclipped_ = std::numeric_limits<float>::quiet_NaN();
   KernelScratch scratch_;
   SheetScratch sheets_;
   CellShape shape_;
