@@ -69,6 +69,7 @@ TEST(TransferFunction, RefusesWhatIsNoFunction) {
 
 TEST(TransferFunction, ScalesItsExtinctionOnly) {
   const TransferFunction tf = preset("viridis");
+  EXPECT_FALSE(tf.oneColor());
   const TransferFunction twice = tf.scaled(2.0);
   EXPECT_EQ(twice(0.4).extinction, 2.0 * tf(0.4).extinction);
   EXPECT_EQ(twice(0.4).color, tf(0.4).color);

@@ -101,6 +101,35 @@ TEST(Session, OnlyWhatChangedIsRedone) {
   EXPECT_EQ(session.draw().rgba, first.rgba);
 }
 
+// Radiographs and smoke: whatever the order, cycles and gaps included, and no pixel is sorted again for it.
+TEST(Session, OneColourNeedsNoOrder) {
+  const integrate::TransferFunction white({{0.0, {1.0, 1.0, 1.0}, 0.2}, {1.0, {1.0, 1.0, 1.0}, 3.0}});
+  ASSERT_TRUE(white.oneColor());
+  for (const composite::Backend backend : {composite::Backend::native, composite::Backend::osmesa}) {
+    for (const mesh::Source& source :
+         {tests::twistedRing(7, 0.5), tests::interlockedTori(4), tests::hexahedronGrid(5, 0.2, 3)}) {
+      Image images[2];
+      for (const bool sorted : {false, true}) {
+        const auto algorithm = sorted ? sort::Algorithm::xmpvo : sort::Algorithm::automatic;
+        render::Session session(source, {.sort = algorithm, .backend = backend});
+        View view = session.defaultView(64, 48);
+        render::turnView(view, {25.0, 35.0, 1.0});
+        session.setView(view);
+        session.setTransferFunction(white.mapped(session.field().lo, session.field().hi));
+        images[sorted ? 1 : 0] = session.draw();
+        EXPECT_TRUE(session.stats().sort.exact);
+        EXPECT_EQ(session.stats().sort.algorithm, sorted ? "xmpvo" : "none");
+        EXPECT_EQ(session.stats().certificate.flagged, 0U);
+      }
+      double worst = 0.0;
+      for (std::size_t i = 0; i < images[0].rgba.size(); ++i)
+        worst = std::max(worst, std::abs(double{images[0].rgba[i]} - double{images[1].rgba[i]}));
+      EXPECT_LE(worst, 2e-5) << source.name;
+      EXPECT_GT(*std::max_element(images[0].rgba.begin(), images[0].rgba.end()), 0.1F);
+    }
+  }
+}
+
 TEST(Session, ADeformedStepReusesTheAdjacencyAndDrawsTheSamePictureAsAFreshSession) {
   const mesh::Source before = tests::hexahedronGrid(4);
   mesh::Source after = before;

@@ -31,6 +31,7 @@ struct Frame {
   const project::Camera& camera;
   const sort::Order& order;
   Integration integration = Integration::exact;
+  bool order_matters = true;  // false where any order gives the same picture
   // Which of the inputs are the very same as in the call before, so that what was made of them may be kept.
   bool same_mesh = false;
   bool same_field = false;

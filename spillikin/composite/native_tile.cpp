@@ -66,7 +66,7 @@ void TilePainter::setView() {
   view_.y0 = window_.y0;
   view_.width = window_.x1 - window_.x0;
   view_.height = window_.y1 - window_.y0;
-  view_.trusted = screen_->frame().order.exact;
+  view_.trusted = screen_->frame().order.exact || !screen_->frame().order_matters;
   view_.relative = relative;
   if (relative) {
     view_.steepest = edge_on_slope;
@@ -210,6 +210,7 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
 
 // All fragments of the flagged pixels once more, put in the order of their depth.
 void TilePainter::resolve(std::span<const Entry> entries) {
+  if (!screen_->frame().order_matters) return;
   flagged_.clear();
   for (std::size_t block = 0; block < tile_blocks; ++block) {
     for (unsigned bits = pixels_.flagged[block]; bits != 0; bits &= bits - 1) {

@@ -59,6 +59,11 @@ Optical TransferFunction::operator()(double value) const {
   return o;
 }
 
+bool TransferFunction::oneColor() const {
+  return std::all_of(points_.begin(), points_.end(),
+                     [&](const ControlPoint& p) { return p.color == points_.front().color; });
+}
+
 TransferFunction TransferFunction::scaled(double factor) const {
   if (!(factor >= 0.0) || !std::isfinite(factor)) {
     throw Error(

@@ -79,6 +79,10 @@ int ThreadLimit::current() {
   return std::min(static_cast<int>(allowed), tbb::info::default_concurrency());
 }
 
+// Which order a frame is composited in: one found by the engine's algorithm; a quick one behind a certificate; or,
+// where no order shows, that of the file.
+enum class Road : std::uint8_t { order, certificate, file };
+
 // A sorter and its order of the current view.
 struct Sorted {
   std::unique_ptr<sort::Sorter> sorter;
@@ -101,6 +105,7 @@ struct Session::Impl {
   std::optional<mesh::Tetrahedralization> tets;
   Sorted asked;                              // by the algorithm of the engine
   Sorted quick;                              // behind a certificate
+  Sorted file;                               // where no order shows
   std::optional<sort::Convexity> convexity;  // of the drawn mesh, once asked for
   double extent = 0.0;                       // of the mesh, its diagonal
   bool crowded = false;                      // too many pixels had to be sorted again
@@ -123,10 +128,11 @@ struct Session::Impl {
   void warnOfFolds();
   void chooseCompositor();
   bool certificateWillDo();
+  Road road();
   void keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, const Clock& since);
-  Sorted& sorter(bool behind_certificate);
-  Sorted& sort(bool behind_certificate);
-  void sortAndPrepare(bool behind_certificate, const composite::Frame& frame);
+  Sorted& sorter(Road road);
+  Sorted& sort(Road road);
+  void sortAndPrepare(Road road, const composite::Frame& frame);
   void warn(std::string line);
   std::string called() const { return mesh.name.empty() ? "the mesh" : mesh.name; }
 };
@@ -186,6 +192,7 @@ void Session::Impl::newGeometry() {
   tet_field.reset();
   asked = {};
   quick = {};
+  file = {};
   convexity.reset();
   crowded = false;
   drew_mesh = drew_field = false;
@@ -242,6 +249,11 @@ bool Session::Impl::certificateWillDo() {
   return gaps && densest * extent * grain <= hidden_light;
 }
 
+Road Session::Impl::road() {
+  if (engine.sort == sort::Algorithm::automatic && transfer_function.oneColor()) return Road::file;
+  return certificateWillDo() ? Road::certificate : Road::order;
+}
+
 void Session::Impl::keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, const Clock& since) {
   if (!sorter) return;
   sorted.sorter = std::move(sorter);
@@ -249,21 +261,21 @@ void Session::Impl::keep(Sorted& sorted, std::unique_ptr<sort::Sorter> sorter, c
   stats.bytes_per_cell += static_cast<double>(sorted.sorter->bytes()) / static_cast<double>(mesh.cell_count());
 }
 
-Sorted& Session::Impl::sorter(bool behind_certificate) {
-  Sorted& s = behind_certificate ? quick : asked;
+Sorted& Session::Impl::sorter(Road road) {
+  Sorted& s = road == Road::certificate ? quick : road == Road::file ? file : asked;
   if (crowded) quick = {};  // not asked for again until the mesh changes
   if (!s.sorter) {
     const Clock timer;
-    keep(s,
-         sort::makeSorter(behind_certificate ? sort::Algorithm::mpvonc : engine.sort, drawnMesh(),
-                          sort::CurvedCells::cut, convexity ? &*convexity : nullptr),
-         timer);
+    const sort::Algorithm algorithm = road == Road::certificate ? sort::Algorithm::mpvonc
+                                      : road == Road::file      ? sort::Algorithm::none
+                                                                : engine.sort;
+    keep(s, sort::makeSorter(algorithm, drawnMesh(), sort::CurvedCells::cut, convexity ? &*convexity : nullptr), timer);
   }
   return s;
 }
 
-Sorted& Session::Impl::sort(bool behind_certificate) {
-  Sorted& s = sorter(behind_certificate);
+Sorted& Session::Impl::sort(Road road) {
+  Sorted& s = sorter(road);
   if (!s.ordered) {
     const Clock timer;
     s.order.problems = {};
@@ -281,8 +293,8 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
   stats.sort.problem_cells = s.order.problems.cells;
   stats.sort.subdivided_cells = subdividedCells(s.order, drawnMesh().cell_count());
   stats.sort.exact = s.order.exact;
-  stats.sort.road = behind_certificate ? "certificate" : "order";
-  stats.sort.why = behind_certificate
+  stats.sort.road = road == Road::certificate ? "certificate" : "order";
+  stats.sort.why = road == Road::certificate
                        ? "the mesh is not convex, and the compositor finds and sorts again every pixel on "
                          "which this order, quicker than an exact one, is wrong"
                        : sort::why(*s.sorter, s.order);
@@ -290,11 +302,11 @@ Sorted& Session::Impl::sort(bool behind_certificate) {
 }
 
 // A sort leaves cores idle where its layers are small; what of the frame needs no order is done there meanwhile.
-void Session::Impl::sortAndPrepare(bool behind_certificate, const composite::Frame& frame) {
+void Session::Impl::sortAndPrepare(Road road, const composite::Frame& frame) {
   tbb::task_group beside;
   beside.run([&] { compositor->prepare(frame); });
   try {
-    sort(behind_certificate);
+    sort(road);
   } catch (...) {
     beside.cancel();
     beside.wait();
@@ -339,7 +351,7 @@ void Session::setSource(mesh::Source source) {
 void Session::setView(const View& view) {
   impl_->camera.emplace(view);
   impl_->view = view;
-  impl_->asked.ordered = impl_->quick.ordered = false;
+  impl_->asked.ordered = impl_->quick.ordered = impl_->file.ordered = false;
 }
 
 void Session::setField(const std::string& name, int component) {
@@ -378,12 +390,17 @@ void Session::draw(Image& image) {
   const std::size_t pixels = static_cast<std::size_t>(s.view.width) * static_cast<std::size_t>(s.view.height);
   if (image.rgba.size() < 4 * pixels) requireImageMemory(s.view, availableBytes());
   s.chooseCompositor();
-  const bool behind_certificate = s.certificateWillDo();
-  const Sorted& sorted = s.sorter(behind_certificate);
-  const composite::Frame frame{s.drawnMesh(), s.drawnField(), s.transfer_function,
-                               *s.camera,     sorted.order,   s.engine.integration,
-                               s.drew_mesh,   s.drew_field,   s.drew_transfer_function};
-  s.sortAndPrepare(behind_certificate, frame);
+  const Road road = s.road();
+  const Sorted& sorted = s.sorter(road);
+  const bool order_matters = !s.transfer_function.oneColor();
+  const composite::Frame frame{s.drawnMesh(), s.drawnField(),          s.transfer_function, *s.camera,
+                               sorted.order,  s.engine.integration,    order_matters,       s.drew_mesh,
+                               s.drew_field,  s.drew_transfer_function};
+  s.sortAndPrepare(road, frame);
+  if (!order_matters) {
+    s.stats.sort.exact = true;
+    s.stats.sort.why = "everything glows in one colour, so that no order shows";
+  }
   const composite::FrameStats drawn = s.compositor->draw(frame, image);
   s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
   s.stats.project.seconds = drawn.project_seconds;
@@ -396,9 +413,9 @@ void Session::draw(Image& image) {
   s.stats.total_seconds = s.stats.load_seconds + s.clock.seconds();
   s.stats.peak_rss_bytes = peakResidentBytes();
   s.stats.threads = ThreadLimit::current();
-  if (behind_certificate) s.crowded = static_cast<double>(drawn.flagged) > crowd * s.view.width * s.view.height;
+  if (road == Road::certificate) s.crowded = static_cast<double>(drawn.flagged) > crowd * s.view.width * s.view.height;
   const bool certified = drawn.certified && drawn.unresolved == 0;
-  if (!sorted.order.exact && !certified && !behind_certificate) {
+  if (order_matters && !sorted.order.exact && !certified && road == Road::order) {
     s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.called(), s.stats.sort.why));
   }
   if (drawn.unresolved > 0) {
@@ -415,7 +432,7 @@ Image Session::draw() {
 }
 
 const sort::Order& Session::order() {
-  return impl_->sort(false).order;
+  return impl_->sort(Road::order).order;
 }
 
 const mesh::Source& Session::source() const {
