@@ -111,7 +111,7 @@ void Native::drawTiles(const Box& region, Image& image, FrameStats& stats) {
     const int x = region.x0 + static_cast<int>(tile % static_cast<std::size_t>(bins_.columns())) * tile_size;
     const int y = region.y0 + static_cast<int>(tile / static_cast<std::size_t>(bins_.columns())) * tile_size;
     const Box window{x, y, std::min(x + tile_size, region.x1), std::min(y + tile_size, region.y1)};
-    sums.local().add(painter->paint(screen_, bins_.tile(tile), window, image));
+    sums.local().add(painter->paint(screen_, bins_.tile(tile), bins_.pieces(), window, image));
   });
   const TileStats sum = sums.combine([](TileStats a, const TileStats& b) {
     a.add(b);

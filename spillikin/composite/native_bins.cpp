@@ -25,6 +25,7 @@ bool Bins::fill(const Screen& screen, const Box& region, std::size_t max_entries
   const std::size_t cells = screen.frame().order.cells.size();
   chunks_ = std::clamp<std::size_t>((cells + chunk_cells - 1) / chunk_cells, 1, max_chunks);
   if (!(boxes_found_ == region)) findBoxes(screen, region);
+  setPieces(screen, region);
   count(screen);
   if (!layOut(max_entries)) return false;
   place(screen);
@@ -65,6 +66,26 @@ void Bins::findBoxes(const Screen& screen, const Box& region) {
   boxes_found_ = region;
 }
 
+TileBox Bins::boxOf(const PixelBox& piece, TileBox cell, const Box& region) const {
+  const int x0 = std::max<int>(piece.x0, region.x0), x1 = std::min<int>(piece.x1, region.x1);
+  const int y0 = std::max<int>(piece.y0, region.y0), y1 = std::min<int>(piece.y1, region.y1);
+  if (cell == no_tiles || x0 >= x1 || y0 >= y1) return no_tiles;
+  const auto tile = [](int pixel) { return static_cast<std::uint32_t>(pixel / tile_size); };
+  const auto side = [cell](unsigned shift) { return cell >> shift & 255U; };
+  const std::uint32_t a = std::max(tile(x0 - region.x0), side(0)), b = std::max(tile(y0 - region.y0), side(8));
+  const std::uint32_t c = std::min(tile(x1 - 1 - region.x0), side(16)),
+                      d = std::min(tile(y1 - 1 - region.y0), side(24));
+  return a > c || b > d ? no_tiles : tileBox(a, b, c, d);
+}
+
+void Bins::setPieces(const Screen& screen, const Box& region) {
+  const sort::Order& order = screen.frame().order;
+  findPieces(screen, pieces_);
+  piece_boxes_.resize(pieces_.size());
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    piece_boxes_[i] = boxOf(pieces_[i], boxes_[order.cells[order.cuts[i].entry]], region);
+}
+
 // The order is back to front and the lists are front to back: chunk 0 is the nearest.
 Bins::Chunk Bins::chunk(const sort::Order& order, std::size_t index) const {
   const std::size_t cells = order.cells.size();
@@ -86,18 +107,30 @@ inline void visitTiles(TileBox box, std::size_t columns, const Visit& visit) {
 
 }  // namespace
 
+// The entries of a chunk, nearest first, each with its tiles.
+template <class Visit>
+void Bins::visitEntries(const sort::Order& order, std::size_t index, const Visit& visit) const {
+  const mesh::Id* cells = order.cells.data();
+  const Chunk c = chunk(order, index);
+  std::size_t cut = order.cuts.first(c.begin);
+  for (std::size_t i = c.begin; i-- > c.end;) {
+    if (i >= look_ahead) __builtin_prefetch(boxes_.data() + cells[i - look_ahead]);
+    if (cut > 0 && order.cuts[cut - 1].entry == i) {
+      --cut;
+      visit(Entry{static_cast<std::uint32_t>(cut) | Entry::cut_bit}, piece_boxes_[cut]);
+    } else {
+      visit(Entry{cells[i]}, boxes_[cells[i]]);
+    }
+  }
+}
+
 void Bins::count(const Screen& screen) {
-  const sort::Order& order = screen.frame().order;
   counts_.assign(chunks_ * tile_count(), 0);
   tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t index) {
     std::uint32_t* counts = counts_.data() + index * tile_count();
     const auto columns = static_cast<std::size_t>(columns_);
-    const mesh::Id* cells = order.cells.data();
-    const Chunk c = chunk(order, index);
-    for (std::size_t i = c.begin; i-- > c.end;) {
-      if (i >= look_ahead) __builtin_prefetch(boxes_.data() + cells[i - look_ahead]);
-      visitTiles(boxes_[cells[i]], columns, [counts](std::size_t tile) { ++counts[tile]; });
-    }
+    visitEntries(screen.frame().order, index,
+                 [&](Entry, TileBox box) { visitTiles(box, columns, [counts](std::size_t tile) { ++counts[tile]; }); });
   });
 }
 
@@ -119,27 +152,22 @@ bool Bins::layOut(std::size_t max_entries) {
 }
 
 void Bins::place(const Screen& screen) {
-  const sort::Order& order = screen.frame().order;
   if (entries_.capacity() < entries()) entries_ = {};  // nothing of the last frame is copied
   entries_.resize(entries());
   tbb::parallel_for(std::size_t{0}, chunks_, [&](std::size_t index) {
     std::uint32_t* next = counts_.data() + index * tile_count();
     Entry* entries = entries_.data();
     const auto columns = static_cast<std::size_t>(columns_);
-    const Chunk c = chunk(order, index);
-    std::size_t cut = order.cuts.first(c.begin);
-    for (std::size_t i = c.begin; i-- > c.end;) {
-      Entry entry{order.cells[i]};
-      if (cut > 0 && order.cuts[cut - 1].entry == i) entry.packed = static_cast<std::uint32_t>(--cut) | Entry::cut_bit;
-      if (i >= look_ahead) __builtin_prefetch(boxes_.data() + order.cells[i - look_ahead]);
-      visitTiles(boxes_[order.cells[i]], columns, [&](std::size_t tile) { entries[next[tile]++] = entry; });
-    }
+    visitEntries(screen.frame().order, index, [&](Entry entry, TileBox box) {
+      visitTiles(box, columns, [&](std::size_t tile) { entries[next[tile]++] = entry; });
+    });
   });
 }
 
 std::size_t Bins::bytes() const {
-  return boxes_.capacity() * sizeof(TileBox) + counts_.capacity() * sizeof(std::uint32_t) +
-         offset_.capacity() * sizeof(std::size_t) + entries_.capacity() * sizeof(Entry);
+  return (boxes_.capacity() + piece_boxes_.capacity()) * sizeof(TileBox) + pieces_.capacity() * sizeof(PixelBox) +
+         counts_.capacity() * sizeof(std::uint32_t) + offset_.capacity() * sizeof(std::size_t) +
+         entries_.capacity() * sizeof(Entry);
 }
 
 }  // namespace spillikin::composite::native

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "spillikin/composite/native_cell.h"
+#include "spillikin/composite/native_pieces.h"
 #include "spillikin/composite/native_screen.h"
 
 namespace spillikin::composite::native {
@@ -50,11 +51,17 @@ class Bins {
   std::span<const Entry> tile(std::size_t index) const {
     return {entries_.data() + offset_[index], entries_.data() + offset_[index + 1]};
   }
+  // Of each of the order's cuts; entries of pieces that cover no pixel are left out.
+  std::span<const PixelBox> pieces() const { return pieces_; }
   std::size_t entries() const { return offset_.empty() ? 0 : offset_.back(); }
   std::size_t bytes() const;
 
  private:
   TileBox boxOf(const Screen& screen, mesh::Id cell, const Box& region) const;
+  TileBox boxOf(const PixelBox& piece, TileBox cell, const Box& region) const;
+  void setPieces(const Screen& screen, const Box& region);
+  template <class Visit>
+  void visitEntries(const sort::Order& order, std::size_t index, const Visit& visit) const;
   void count(const Screen& screen);
   bool layOut(std::size_t max_entries);
   void place(const Screen& screen);
@@ -68,6 +75,8 @@ class Bins {
   std::size_t chunks_ = 0;
   Box boxes_found_;                    // the region that boxes_ is of, empty for none
   std::vector<TileBox> boxes_;         // per cell
+  std::vector<PixelBox> pieces_;       // per cut
+  std::vector<TileBox> piece_boxes_;   // the same
   std::vector<std::uint32_t> counts_;  // per chunk and tile; while placing, where the next entry goes
   std::vector<std::size_t> offset_;    // per tile + 1
   std::vector<Entry> entries_;

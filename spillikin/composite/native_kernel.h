@@ -40,8 +40,9 @@ struct TileView {
   float steepest = 0.0F;  // more nearness a tile than this, and a plane is edge-on (a share of the cell's, if relative)
   bool relative = false;  // nearness is plain inverse depth
   HandBack hand_back;
-  bool clipped = false;  // the clip planes' limits in the pixels must be kept
-  bool trusted = false;  // the order is exact: what lies behind an opaque pixel needs no look
+  std::span<const PixelBox> pieces;  // of the order's cuts
+  bool clipped = false;              // the clip planes' limits in the pixels must be kept
+  bool trusted = false;              // the order is exact: what lies behind an opaque pixel needs no look
 };
 
 // Clears the pixels of a tile and sets the lengths of their rays; the clip planes' limits are left as they are.

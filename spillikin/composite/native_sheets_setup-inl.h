@@ -398,6 +398,14 @@ HWY_INLINE void prefetchCells(const Screen& screen, std::span<const Entry> cells
   }
 }
 
+// Only the blocks that a piece may cover.
+HWY_INLINE void trimBlocks(const TileView& view, const PixelBox& piece, Box& blocks) {
+  const auto first = [](int pixel) { return std::max(pixel, 0) / 4; };
+  const auto past = [](int pixel) { return (std::max(pixel, 0) + 3) / 4; };
+  blocks = {std::max(blocks.x0, first(piece.x0 - view.x0)), std::max(blocks.y0, first(piece.y0 - view.y0)),
+            std::min(blocks.x1, past(piece.x1 - view.x0)), std::min(blocks.y1, past(piece.y1 - view.y0))};
+}
+
 // Fills `batch` for `cells`, at most as many as it holds; `next` will come after them.
 HWY_NOINLINE void setUpSheets(const TileView& view, std::span<const Entry> cells, std::span<const Entry> next,
                               SheetBatch& batch) {
@@ -411,6 +419,7 @@ HWY_NOINLINE void setUpSheets(const TileView& view, std::span<const Entry> cells
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const mesh::Id cell = cellOf(screen.frame().order, cells[i]);
     setCell(view, frame, screen.mesh().cell_type[cell], screen.facets()[cell], i, batch);
+    if (cells[i].cut()) trimBlocks(view, view.pieces[cells[i].index()], batch.cell[i].blocks);
   }
 }
 

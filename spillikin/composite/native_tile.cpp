@@ -24,9 +24,11 @@ constexpr std::size_t most_fragments = std::size_t{1} << 19U;
 
 }  // namespace
 
-TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entries, const Box& window, Image& image) {
+TileStats TilePainter::paint(const Screen& screen, std::span<const Entry> entries, std::span<const PixelBox> pieces,
+                             const Box& window, Image& image) {
   screen_ = &screen;
   window_ = window;
+  view_.pieces = pieces;
   stats_ = {};
   if (entries.empty()) {
     storeBlank(window.x1 - window.x0, window.y1 - window.y0, image.pixel(window.x0, window.y0),

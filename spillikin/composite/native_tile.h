@@ -32,9 +32,10 @@ struct TileStats {
 // Composites tiles one after the other; one per thread. Everything it holds is scratch.
 class TilePainter {
  public:
-  // Composites the cells of `entries`, nearest first, onto the pixels of `window`, which lies in one tile, and writes
-  // them to `image`.
-  TileStats paint(const Screen& screen, std::span<const Entry> entries, const Box& window, Image& image);
+  // Composites the cells of `entries`, nearest first, of cut ones what lies in the boxes of their pieces, onto the
+  // pixels of `window`, which lies in one tile, and writes them to `image`.
+  TileStats paint(const Screen& screen, std::span<const Entry> entries, std::span<const PixelBox> pieces,
+                  const Box& window, Image& image);
 
  private:
   void begin(const Screen& screen, const Box& window);
