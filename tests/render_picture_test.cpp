@@ -90,6 +90,35 @@ TEST(Picture, JitteredGridOfTetrahedra) {
   compareBackends(tests::tetrahedronGrid(6, 0.3, 5), 256);
 }
 
+// A gas that only glows, smoke, radiographs and the largest scalar: on gaps, cycles, curved cells and constant ones.
+TEST(Picture, UnderAnyOptics) {
+  mesh::Source cells = tests::interlockedTori(5);
+  mesh::Array constant{"constant in each", mesh::Association::cells, 1, {}};
+  for (std::size_t c = 0; c < cells.types.size(); ++c)
+    constant.values.push_back(static_cast<double>(c % 17));
+  cells.arrays = {constant};
+  for (const mesh::Source& source :
+       {tests::interlockedTori(5), cells, tests::twistedRing(9, 0.5), tests::hexahedronGrid(5, 0.25, 3)}) {
+    render::Session native(source, {.backend = composite::Backend::native});
+    render::Session osmesa(source, {.backend = composite::Backend::osmesa});
+    const reference::RayCaster caster(native.mesh(), native.field());
+    const View view = views(native, 96)[1];
+    const auto look = lookOf(native, "steps");
+    for (const auto optics : {integrate::Optics::emission, integrate::Optics::absorption, integrate::Optics::mip,
+                              integrate::Optics::xray, integrate::Optics::absorption_emission}) {
+      reference::Options options;
+      options.optics = optics;
+      const Truth truth{view, look, caster.render(view, look, options), caster.edgeOnMask(view),
+                        source.name + ", " + integrate::name(optics)};
+      for (render::Session* session : {&native, &osmesa}) {
+        session->setOptics(optics);
+        expectEqual(*session, truth, session == &native ? "native" : "osmesa");
+        EXPECT_EQ(session->stats().sort.algorithm == "none", !integrate::orderMatters(optics)) << truth.label;
+      }
+    }
+  }
+}
+
 TEST(Picture, NonconvexShell) {
   compareBackends(tests::shell(8), 128);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "spillikin/base/error.h"
+#include "spillikin/integrate/optics.h"
 #include "spillikin/integrate/segment.h"
 #include "spillikin/reference/reference.h"
 
@@ -48,18 +49,20 @@ std::string explainPixel(render::Session& session, int x, int y, bool positions,
                                  intervals.size() == 1 ? "" : "s");
   text += fmt::format("{:>10} {:<12} {:>14} {:>14} {:>13} {:>13} {:>9} {:>27}{}\n", "cell", "type", "enter", "leave",
                       "scalar front", "scalar back", "opacity", "contribution r, g, b", positions ? "     place" : "");
-  double transmittance = 1.0;
+  const integrate::Optics optics = session.optics();
+  integrate::Gathered gathered;
   integrate::Radiance sum;
   for (const auto& i : intervals) {
-    const auto radiance = integrate::integrate(session.transferFunction(), i.front, i.back, i.leave - i.enter);
-    const double t = transmittance;
+    const integrate::TransferFunction& tf = session.transferFunction();
+    const double alpha = integrate::integrate(tf, i.front, i.back, i.leave - i.enter).alpha;
+    const integrate::Radiance before = sum;
+    gather(optics, tf, i.front, i.back, i.leave - i.enter, gathered);
+    sum = radiance(optics, tf, gathered);
+    const auto gained = [&](std::size_t k) { return sum.color[k] - before.color[k]; };
     text +=
         fmt::format("{:>10} {:<12} {:>14.8g} {:>14.8g} {:>13.6g} {:>13.6g} {:>9.6f} {:>8.6f} {:>8.6f} {:>8.6f} {}\n",
                     mesh.cell_file_id[i.cell], mesh::name(mesh.cell_type[i.cell]), i.enter, i.leave, i.front, i.back,
-                    radiance.alpha, t * radiance.color[0], t * radiance.color[1], t * radiance.color[2],
-                    positions ? fmt::format("{:>9}", place[i.cell]) : "");
-    sum = integrate::over(sum, radiance);
-    transmittance = 1.0 - sum.alpha;
+                    alpha, gained(0), gained(1), gained(2), positions ? fmt::format("{:>9}", place[i.cell]) : "");
   }
   text += fmt::format("sum     ({:.6f}, {:.6f}, {:.6f}, {:.6f}), premultiplied\n", sum.color[0], sum.color[1],
                       sum.color[2], sum.alpha);

@@ -74,6 +74,7 @@ int run(const ReferenceOptions& o) {
   reference::Options options;
   options.model = modelNamed(o.model);
   options.samples = o.samples;
+  options.optics = session.optics();
   options.quadrature = o.quadrature;
   options.progress = progress.callback();
   reference::Report report;

@@ -31,21 +31,6 @@ bool isPreset(const std::string& text) {
   return std::find(names.begin(), names.end(), text) != names.end();
 }
 
-// Smoke and radiographs are absorption and emission with one colour for all: black, or white.
-integrate::TransferFunction underOptics(const std::string& optics, const integrate::TransferFunction& tf) {
-  const integrate::Optics model = integrate::optics(optics);
-  if (model == integrate::Optics::absorption_emission) return tf;
-  if (model != integrate::Optics::absorption && model != integrate::Optics::xray) {
-    throw Error(
-        fmt::format("--optics {} cannot be drawn yet; there are absorption-emission, absorption and xray", optics));
-  }
-  const double shade = model == integrate::Optics::xray ? 1.0 : 0.0;
-  auto points = tf.points();
-  for (auto& p : points)
-    p.color = {shade, shade, shade};
-  return integrate::TransferFunction(std::move(points));
-}
-
 integrate::TransferFunction coloured(const LookOptions& o, const render::Session& session) {
   const mesh::Field& field = session.field();
   if (o.tf.empty() || isPreset(o.tf)) {
@@ -69,10 +54,6 @@ integrate::TransferFunction coloured(const LookOptions& o, const render::Session
     tf = integrate::TransferFunction(std::move(points));
   }
   return tf.scaled(o.opacity);
-}
-
-integrate::TransferFunction look(const LookOptions& o, const render::Session& session) {
-  return underOptics(o.optics, coloured(o, session));
 }
 
 }  // namespace
@@ -216,7 +197,8 @@ render::Session openSession(const SceneOptions& o, mesh::Source source, double l
   session.setView(checkedView(o.view, render::boundingBox(session.mesh())));
   LookOptions chosen = o.look;
   if (!chosen.range && range && (chosen.tf.empty() || isPreset(chosen.tf))) chosen.range = range;
-  session.setTransferFunction(look(chosen, session));
+  session.setTransferFunction(coloured(chosen, session));
+  session.setOptics(integrate::optics(o.look.optics));
   return session;
 }
 

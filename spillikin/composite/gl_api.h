@@ -21,6 +21,7 @@ namespace spillikin::composite {
   F(BindTexture)                  \
   F(BindVertexArray)              \
   F(BindVertexBuffer)             \
+  F(BlendEquation)                \
   F(BlendFunc)                    \
   F(BufferData)                   \
   F(BufferStorage)                \

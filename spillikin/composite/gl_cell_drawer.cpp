@@ -20,7 +20,10 @@ constexpr GLuint64 fence_wait = 1'000'000'000;  // nanoseconds between looks at 
 // What a fragment does with its segment. On a field that is constant in each cell all ways agree.
 SegmentShader segmentShader(const Frame& frame) {
   if (cellField(frame)) {
-    return SegmentShader::constant;
+    return frame.peaks ? SegmentShader::constant_peak : SegmentShader::constant;
+  }
+  if (frame.peaks) {
+    return SegmentShader::peak;
   }
   switch (frame.integration) {
     case Integration::average:

@@ -13,6 +13,7 @@
 #include "spillikin/composite/gl_program.h"
 #include "spillikin/composite/gl_shaders.h"
 #include "spillikin/composite/gl_target.h"
+#include "spillikin/composite/peaks.h"
 
 namespace spillikin::composite {
 
@@ -79,6 +80,9 @@ GlCompositor::~GlCompositor() {
 }
 
 FrameStats GlCompositor::draw(const Frame& frame, Image& image) {
+  if (frame.peaks && frame.integration == Integration::vertex) {
+    throw Error("--optics mip draws no polygons with looks at their vertices; leave --integrate vertex out");
+  }
   const auto start = Clock::now();
   const CurrentContext current(*context_);
   const bool changed = !frame.same_mesh || !bounds_;
@@ -92,6 +96,7 @@ FrameStats GlCompositor::draw(const Frame& frame, Image& image) {
   image.width = frame.camera.width();
   image.height = frame.camera.height();
   image.rgba.resize(4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  gl_.BlendEquation(frame.peaks ? GL_MAX : GL_FUNC_ADD);
   samples_.begin(gl_);
   for (const Tile& tile : target_.tiles(gl_, image.width, image.height)) {
     target_.begin(gl_, tile);
@@ -106,6 +111,9 @@ FrameStats GlCompositor::draw(const Frame& frame, Image& image) {
   }
   stats.fragments = samples_.end(gl_);
   check(gl_, "drawing");
+  if (frame.peaks) {
+    colorPeaks(frame, image);
+  }
   stats.composite_seconds = secondsSince(start) - stats.project_seconds;
   return stats;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "spillikin/composite/gl_shaders.h"
+#include "spillikin/composite/peaks.h"
 #include "spillikin/integrate/preintegrated.h"
 
 namespace spillikin::composite {
@@ -77,7 +78,10 @@ void GlLook::paintCells(const Frame& frame) {
   if (has_paint_) {
     return;
   }
-  transform(frame.field.values, paint_, [&](double value) {
+  transform(frame.field.values, paint_, [&, scale = PeakScale(frame.field)](double value) {
+    if (frame.peaks) {
+      return Texel{scale(value), 0.0F, 0.0F, 1.0F};
+    }
     const integrate::Optical o = frame.transfer_function(value);
     return Texel{static_cast<float>(o.color[0]), static_cast<float>(o.color[1]), static_cast<float>(o.color[2]),
                  static_cast<float>(o.extinction * unit_)};

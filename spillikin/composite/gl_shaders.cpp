@@ -214,6 +214,19 @@ vec4 segment(float front, float back, float len) {
 }
 )";
 
+// Whatever the blending does, fragments keep the larger (GlCompositor::draw).
+constexpr const char* peak_cell = R"(
+vec4 segment(float front, float back, float len) {
+  return vec4(max(front, back), 0.0, 0.0, 1.0);
+}
+)";
+constexpr const char* constant_peak_cell = R"(
+flat in vec4 paint;
+vec4 segment(float front, float back, float len) {
+  return vec4(paint.r, 0.0, 0.0, 1.0);
+}
+)";
+
 constexpr const char* fragment_common = R"(
 flat in uvec4 at;
 layout(location = 0) out vec4 radiance;  // premultiplied
@@ -381,7 +394,11 @@ void main() {
     done = pair || w.count == 0 || (!inside && w.count < 2);
     entry = inside ? entry : w.next.q;
     vec2 exit = pair ? w.farthest.q : w.next.q;
+#ifdef PEAKS
+    if (pair || (inside && w.count > 0)) sum = max(sum, interval(p, entry, exit));
+#else
     if (pair || (inside && w.count > 0)) sum += (1.0 - sum.a) * interval(p, entry, exit);
+#endif
     before = w.next;
     inside = !inside;
   }
@@ -425,6 +442,10 @@ const char* segmentText(SegmentShader segment) {
       return average_cell;
     case SegmentShader::preintegrated:
       return preintegrated_cell;
+    case SegmentShader::peak:
+      return peak_cell;
+    case SegmentShader::constant_peak:
+      return constant_peak_cell;
     case SegmentShader::exact:
       break;
   }
@@ -437,8 +458,11 @@ std::string header(const CellShader& shader) {
                                               : shader.shape == CellShape::tetrahedra ? 4
                                                                                       : 8);
   text += '\n';
-  if (shader.segment == SegmentShader::constant) {
+  if (shader.segment == SegmentShader::constant || shader.segment == SegmentShader::constant_peak) {
     text += "#define CELL_FIELD\n";
+  }
+  if (shader.segment == SegmentShader::peak || shader.segment == SegmentShader::constant_peak) {
+    text += "#define PEAKS\n";
   }
   if (shader.thin) {
     text += "#define THIN\n";

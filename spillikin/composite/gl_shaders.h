@@ -25,6 +25,8 @@ enum class SegmentShader : std::uint8_t {
   exact,          // cut at the transfer function's breakpoints, each piece by its exact weights
   average,        // mean of colour and extinction at the two ends
   preintegrated,  // from a table
+  peak,           // not at all: the larger scalar of the two ends
+  constant_peak,  // the same of a field that is constant in each cell: the scalar comes with the cell
 };
 
 struct CellShader {

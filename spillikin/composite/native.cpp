@@ -11,6 +11,7 @@
 #include "spillikin/composite/native_bins.h"
 #include "spillikin/composite/native_screen.h"
 #include "spillikin/composite/native_tile.h"
+#include "spillikin/composite/peaks.h"
 
 namespace spillikin::composite {
 
@@ -78,6 +79,7 @@ FrameStats Native::draw(const Frame& frame, Image& image) {
       drawRegion({x, y, std::min(x + region_step, width), std::min(y + region_step, height)}, image, stats);
     }
   }
+  if (frame.peaks) colorPeaks(frame, image);
   stats.certified = stats.unresolved == 0;
   return stats;
 }

@@ -21,8 +21,8 @@ inline constexpr float deep_depth = 1.0F;
 // How a cell is shaded. Where extinction is linear over the whole cell: by a short series, the colour linear too, or
 // bent at one place, or at several; or by a long series. Else cut where pieces of the transfer function meet, at one or
 // at several places, by a short series; by a long one; or with the scalar kept within the cell's range and at any
-// depth. An edge-on face takes the cell out of the kernel's hands.
-enum class Care : std::int32_t { none, bend, bends, long_bends, cut, cuts, deep, full, edge_on };
+// depth. Or nothing is integrated, only its peak is wanted. An edge-on face takes the cell out of the kernel's hands.
+enum class Care : std::int32_t { none, bend, bends, long_bends, cut, cuts, deep, full, peak, edge_on };
 
 // What a colour's bends may leave out (see Look) where they are weighted with the light's mean and tilt alone, and
 // where with its bow too: at most a twentieth of a display step.
@@ -97,6 +97,7 @@ enum class Kind : std::int32_t {
   cuts,
   deep,
   full,
+  peak,
   edge_on
 };
 inline constexpr std::int32_t few_bends = 4;
@@ -122,6 +123,8 @@ inline Kind kindOf(Care care, std::int32_t bends) {
       return Kind::deep;
     case Care::full:
       return Kind::full;
+    case Care::peak:
+      return Kind::peak;
     case Care::edge_on:
       break;
   }

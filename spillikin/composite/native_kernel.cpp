@@ -186,6 +186,8 @@ HWY_INLINE std::size_t shadeKind(const TileView& view, const CellBatch& batch, s
       return shadeCell<Parallel, Shader<Care::cuts>>(view, batch, i, covered, n, pixels);
     case Kind::deep:
       return shadeCell<Parallel, Shader<Care::deep>>(view, batch, i, covered, n, pixels);
+    case Kind::peak:
+      return shadeCell<Parallel, Shader<Care::peak>>(view, batch, i, covered, n, pixels);
     case Kind::full:
     case Kind::edge_on:
       break;
@@ -305,6 +307,7 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
       return collectCell<Parallel, Care::deep>(view, batch, i, n, wanted, pixels, scratch, out);
     case Kind::full:
       return collectCell<Parallel, Care::full>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Kind::peak:  // needs no order
     case Kind::edge_on:
       return;
   }

@@ -42,6 +42,7 @@ struct TileView {
   HandBack hand_back;
   std::span<const PixelBox> pieces;  // of the order's cuts
   bool clipped = false;              // the clip planes' limits in the pixels must be kept
+  bool peaks = false;                // see Frame
   bool trusted = false;              // the order is exact: what lies behind an opaque pixel needs no look
 };
 

@@ -280,6 +280,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
   const DF d;
   const DIF di;
   const Piece* pieces = view.screen->pieces().data();
+  const auto peaks = hn::Ne(hn::Set(di, view.peaks ? 1 : 0), hn::Zero(di));
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
     const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
     VF steep = hn::Abs(load(batch.apex));
@@ -297,9 +298,10 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     hn::Mask<DF> decided;
     auto kind = straightKinds(pieces, batch, i, length, decided);
     kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, hn::Set(di, static_cast<std::int32_t>(Kind::full)));
+    kind = hn::IfThenElse(peaks, hn::Set(di, static_cast<std::int32_t>(Kind::peak)), kind);
     kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)));
     hn::Store(kind, di, reinterpret_cast<std::int32_t*>(batch.kind + i));
-    unsigned others = maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));
+    unsigned others = view.peaks ? 0 : maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));
     for (; HWY_UNLIKELY(others != 0); others &= others - 1) {
       const std::size_t c = i + static_cast<std::size_t>(std::countr_zero(others));
       const Care care = batch.look(pieces, c).care(batch.thickness[c] * view.longest, true);

@@ -257,8 +257,9 @@ HWY_INLINE VF part(const Rising& r, const PieceV& piece, VF anchor, VF from, VF 
   const VF depth = hn::Mul(length, hn::MulAdd(piece.extinction_slope, mean, piece.extinction));
   const VF growth = hn::Mul(hn::Mul(length, piece.extinction_slope), hn::Add(half, half));
   const VF signed_depth = hn::Mul(depth, r.sign);
-  const VF after = hn::NegMulAdd(f, Series::alpha(signed_depth), f);
-  opacity = hn::Abs(hn::Sub(f, after));
+  const VF fading = hn::Mul(f, Series::alpha(signed_depth));
+  const VF after = hn::Sub(f, fading);
+  opacity = hn::Abs(fading);  // not from f and f', whose difference has lost digits where the part is thin
   const VF light = hn::IfThenElse(r.up, f, after);
   tint = hn::MulAdd(mean, opacity, hn::Mul(hn::Mul(light, half), Series::skew(depth, signed_depth, growth, r.sign)));
   return after;
@@ -423,6 +424,27 @@ class Shader<Care::full> {
   VF lo_, hi_;
 };
 
+// The largest scalar, gathered as red where rays meet the cell; light says where they do.
+template <>
+class Shader<Care::peak> {
+ public:
+  explicit HWY_INLINE Shader(const Look& look) : lo_(hn::Set(DF(), look.lo)), hi_(hn::Set(DF(), look.hi)) {}
+  float anchor() const { return 0.0F; }
+
+  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
+    const DF d;
+    const auto some = hn::Gt(s.length, hn::Zero(d));
+    const VF peak = hn::IfThenElseZero(some, hn::Clamp(hn::Add(s.mean, hn::Abs(s.half)), lo_, hi_));
+    float* red = pixels.red.data() + first;
+    float* light = pixels.light.data() + first;
+    hn::Store(hn::Max(hn::Load(d, red), peak), d, red);
+    hn::Store(hn::IfThenZeroElse(some, hn::Load(d, light)), d, light);
+  }
+
+ private:
+  VF lo_, hi_;
+};
+
 // Calls f with a care as a constant, std::integral_constant<Care, care>, so that what f calls is made for it. Edge-on
 // cells take full care.
 template <class F>
@@ -442,6 +464,8 @@ HWY_INLINE std::size_t withCare(Care care, const F& f) {
       return f(std::integral_constant<Care, Care::cuts>());
     case Care::deep:
       return f(std::integral_constant<Care, Care::deep>());
+    case Care::peak:
+      return f(std::integral_constant<Care, Care::peak>());
     case Care::full:
     case Care::edge_on:
       break;

@@ -360,7 +360,7 @@ HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::Cel
   if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return;
   sortSheets(table, code, bits, cell);
   if (HWY_UNLIKELY(cell.entered_count == 0 || cell.left_count == 0)) return;
-  cell.care = cell.look.care((far - near) * view.longest, (bits.unsteady & table.faces) == 0);
+  cell.care = view.peaks ? Care::peak : cell.look.care((far - near) * view.longest, (bits.unsteady & table.faces) == 0);
 }
 
 HWY_INLINE mesh::Id cellOf(const sort::Order& order, Entry entry) {

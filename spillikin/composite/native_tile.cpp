@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "spillikin/composite/native_centres.h"
+#include "spillikin/composite/peaks.h"
 #include "spillikin/integrate/segment.h"
 
 namespace spillikin::composite::native {
@@ -68,7 +69,9 @@ void TilePainter::setView() {
   view_.y0 = window_.y0;
   view_.width = window_.x1 - window_.x0;
   view_.height = window_.y1 - window_.y0;
-  view_.trusted = screen_->frame().order.exact || !screen_->frame().order_matters;
+  const Frame& frame = screen_->frame();
+  view_.peaks = frame.peaks;
+  view_.trusted = !frame.peaks && (frame.order.exact || !frame.order_matters);
   view_.relative = relative;
   if (relative) {
     view_.steepest = edge_on_slope;
@@ -201,6 +204,11 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
       pixels_.flagged[i / block_pixels] |= static_cast<std::uint16_t>(1U << (i % block_pixels));
     }
     pixels_.last[i] = static_cast<float>(far);
+  }
+  if (view_.peaks) {
+    pixels_.red[i] = std::max(pixels_.red[i], PeakScale(screen_->frame().field)(std::max(span.front, span.back)));
+    pixels_.light[i] = 0.0F;
+    return;
   }
   const integrate::Radiance r = radiance(i, span);
   const float light = pixels_.light[i];

@@ -140,7 +140,7 @@ bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, Wh
     }
   }
   if (edges.full()) return false;
-  out.care = out.look.care(static_cast<float>(hi - lo) * view.longest, true);
+  out.care = view.peaks ? Care::peak : out.look.care(static_cast<float>(hi - lo) * view.longest, true);
   out.blocks = {(pixels.x0 - view.x0) / 4, (pixels.y0 - view.y0) / 4, (pixels.x1 - view.x0 + 3) / 4,
                 (pixels.y1 - view.y0 + 3) / 4};
   return true;

@@ -86,7 +86,7 @@ struct RayCaster::Impl {
   void addTetrahedra(const Line& line, mesh::Id cell, Scratch& s) const;
   void addCurved(const Line& line, mesh::Id cell, Scratch& s) const;
   void addCrossings(mesh::Id cell, bool faces, Scratch& s) const;
-  Radiance integrate(const Line& line, const Range& range, const TransferFunction& tf, bool by_quadrature,
+  Radiance integrate(const Line& line, const Range& range, const TransferFunction& tf, const Options& options,
                      Scratch& s) const;
   void castRow(const Rays& rays, int y, const TransferFunction& tf, const Options& options, Image& image,
                Row& row) const;
@@ -181,15 +181,21 @@ void RayCaster::Impl::collect(const Ray& ray, const Line& line, bool eye, mesh::
 }
 
 Radiance RayCaster::Impl::integrate(const Line& line, const Range& range, const TransferFunction& tf,
-                                    bool by_quadrature, Scratch& s) const {
+                                    const Options& options, Scratch& s) const {
+  const bool ordered = integrate::orderMatters(options.optics);
   Radiance sum;
+  integrate::Gathered gathered;
   for (Span span : s.spans) {
     if (!trim(range, span)) continue;
     const double length = (span.leave - span.enter) * line.length;
-    sum = over(sum, by_quadrature ? quadrature(tf, span.front, span.back, length)
-                                  : integrate::integrate(tf, span.front, span.back, length));
+    if (!ordered) {
+      gather(options.optics, tf, span.front, span.back, length, gathered);
+    } else {
+      sum = over(sum, options.quadrature ? quadrature(tf, span.front, span.back, length)
+                                         : integrate::integrate(tf, span.front, span.back, length));
+    }
   }
-  return sum;
+  return ordered ? sum : radiance(options.optics, tf, gathered);
 }
 
 void RayCaster::Impl::castRow(const Rays& rays, int y, const TransferFunction& tf, const Options& options, Image& image,
@@ -208,7 +214,7 @@ void RayCaster::Impl::castRow(const Rays& rays, int y, const TransferFunction& t
       row.x.resize(row.contacts.pairs.size(), px);
       row.y.resize(row.contacts.pairs.size(), py);
       row.intervals += s.spans.size();
-      const Radiance radiance = integrate(line, rays.drawn(ray), tf, options.quadrature, s);
+      const Radiance radiance = integrate(line, rays.drawn(ray), tf, options, s);
       for (std::size_t c = 0; c < 3; ++c)
         pixel[c] += radiance.color[c];
       pixel[3] += radiance.alpha;

@@ -11,6 +11,7 @@
 
 #include "spillikin/base/image.h"
 #include "spillikin/base/view.h"
+#include "spillikin/integrate/optics.h"
 #include "spillikin/integrate/transfer_function.h"
 #include "spillikin/mesh/field.h"
 #include "spillikin/mesh/mesh.h"
@@ -27,8 +28,9 @@ struct Interval {
 struct Options {
   mesh::FieldModel model = mesh::FieldModel::face;  // tets, face or isoparametric; cell fields are constant in each
   int samples = 1;                                  // per pixel, stratified; 1 is the pixel's centre
-  bool quadrature = false;                          // adaptive quadrature instead of the closed form
-  std::function<void(double)> progress;             // part done, 0 to 1; from one thread at a time, not always the same
+  integrate::Optics optics = integrate::Optics::absorption_emission;
+  bool quadrature = false;               // adaptive quadrature instead of the closed form
+  std::function<void(double)> progress;  // part done, 0 to 1; from one thread at a time, not always the same
 };
 
 struct Report {

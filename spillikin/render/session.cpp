@@ -19,6 +19,7 @@
 #include "spillikin/project/camera.h"
 #include "spillikin/render/defaults.h"
 #include "spillikin/render/memory.h"
+#include "spillikin/render/optics.h"
 #include "spillikin/sort/convexified.h"
 #include "spillikin/sort/convexity.h"
 
@@ -117,12 +118,15 @@ struct Session::Impl {
   std::optional<mesh::Field> tet_field;
   // Tier (e).
   integrate::TransferFunction transfer_function;
+  integrate::Optics optics = integrate::Optics::absorption_emission;
+  std::optional<Rendition> rendition;  // of the two, once drawn
 
   std::unique_ptr<composite::Compositor> compositor;
   bool drew_mesh = false, drew_field = false, drew_transfer_function = false;
 
   const mesh::Mesh& drawnMesh();
   const mesh::Field& drawnField();
+  const Rendition& drawnLook();
   void build();
   void newGeometry();
   void warnOfFolds();
@@ -193,6 +197,7 @@ void Session::Impl::newGeometry() {
   asked = {};
   quick = {};
   file = {};
+  rendition.reset();
   convexity.reset();
   crowded = false;
   drew_mesh = drew_field = false;
@@ -218,6 +223,14 @@ const mesh::Field& Session::Impl::drawnField() {
   if (tet_field) return *tet_field;
   tet_field = mesh::tetrahedraField(*tets, field);
   return *tet_field;
+}
+
+const Rendition& Session::Impl::drawnLook() {
+  if (!rendition) {
+    const Box box = boundingBox(mesh);
+    rendition = render::rendition(optics, transfer_function, glm::length(box.upper - box.lower));
+  }
+  return *rendition;
 }
 
 void Session::Impl::chooseCompositor() {
@@ -250,7 +263,7 @@ bool Session::Impl::certificateWillDo() {
 }
 
 Road Session::Impl::road() {
-  if (engine.sort == sort::Algorithm::automatic && transfer_function.oneColor()) return Road::file;
+  if (engine.sort == sort::Algorithm::automatic && !drawnLook().order_matters) return Road::file;
   return certificateWillDo() ? Road::certificate : Road::order;
 }
 
@@ -369,6 +382,13 @@ void Session::setField(const std::string& name, int component) {
 
 void Session::setTransferFunction(integrate::TransferFunction transfer_function) {
   impl_->transfer_function = std::move(transfer_function);
+  impl_->rendition.reset();
+  impl_->drew_transfer_function = false;
+}
+
+void Session::setOptics(integrate::Optics optics) {
+  impl_->optics = optics;
+  impl_->rendition.reset();
   impl_->drew_transfer_function = false;
 }
 
@@ -392,16 +412,25 @@ void Session::draw(Image& image) {
   s.chooseCompositor();
   const Road road = s.road();
   const Sorted& sorted = s.sorter(road);
-  const bool order_matters = !s.transfer_function.oneColor();
-  const composite::Frame frame{s.drawnMesh(), s.drawnField(),          s.transfer_function, *s.camera,
-                               sorted.order,  s.engine.integration,    order_matters,       s.drew_mesh,
-                               s.drew_field,  s.drew_transfer_function};
+  const Rendition& look = s.drawnLook();
+  const composite::Frame frame{.mesh = s.drawnMesh(),
+                               .field = s.drawnField(),
+                               .transfer_function = look.look,
+                               .camera = *s.camera,
+                               .order = sorted.order,
+                               .integration = s.engine.integration,
+                               .order_matters = look.order_matters,
+                               .peaks = look.peaks,
+                               .same_mesh = s.drew_mesh,
+                               .same_field = s.drew_field,
+                               .same_transfer_function = s.drew_transfer_function};
   s.sortAndPrepare(road, frame);
-  if (!order_matters) {
+  if (!look.order_matters) {
     s.stats.sort.exact = true;
-    s.stats.sort.why = "everything glows in one colour, so that no order shows";
+    s.stats.sort.why = "under this look and these optics no order shows";
   }
   const composite::FrameStats drawn = s.compositor->draw(frame, image);
+  develop(look, image);
   s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
   s.stats.project.seconds = drawn.project_seconds;
   s.stats.composite.backend = composite::name(s.compositor->backend());
@@ -415,7 +444,7 @@ void Session::draw(Image& image) {
   s.stats.threads = ThreadLimit::current();
   if (road == Road::certificate) s.crowded = static_cast<double>(drawn.flagged) > crowd * s.view.width * s.view.height;
   const bool certified = drawn.certified && drawn.unresolved == 0;
-  if (order_matters && !sorted.order.exact && !certified && road == Road::order) {
+  if (look.order_matters && !sorted.order.exact && !certified && road == Road::order) {
     s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.called(), s.stats.sort.why));
   }
   if (drawn.unresolved > 0) {
@@ -452,6 +481,9 @@ const View& Session::view() const {
 }
 const integrate::TransferFunction& Session::transferFunction() const {
   return impl_->transfer_function;
+}
+integrate::Optics Session::optics() const {
+  return impl_->optics;
 }
 const mesh::Mesh& Session::drawnMesh() {
   return impl_->drawnMesh();

@@ -10,6 +10,7 @@
 #include "spillikin/base/image.h"
 #include "spillikin/base/view.h"
 #include "spillikin/composite/compositor.h"
+#include "spillikin/integrate/optics.h"
 #include "spillikin/integrate/transfer_function.h"
 #include "spillikin/mesh/build.h"
 #include "spillikin/mesh/field.h"
@@ -63,6 +64,7 @@ class Session {
   void setView(const View& view);                                           // tier (c)
   void setField(const std::string& name, int component = mesh::magnitude);  // tier (d)
   void setTransferFunction(integrate::TransferFunction transfer_function);  // tier (e); extinction per world unit
+  void setOptics(integrate::Optics optics);                                 // tier (e) too
 
   // The default view of this mesh for an image of the given size.
   View defaultView(int width = 1024, int height = 768) const;
@@ -83,6 +85,7 @@ class Session {
   const mesh::Field& field() const;
   const View& view() const;
   const integrate::TransferFunction& transferFunction() const;
+  integrate::Optics optics() const;
   // What is sorted and composited: the mesh, or its tetrahedra; parent() is empty, or the mesh's cell of each.
   const mesh::Mesh& drawnMesh();
   const mesh::Field& drawnField();
