@@ -9,8 +9,8 @@
 namespace spillikin::sort {
 namespace {
 
-constexpr unsigned passes = 3, digit_bits = key_bits / passes;
-static_assert(digit_bits * passes == key_bits);
+constexpr unsigned passes = 3, digit_bits = radix_key_bits / passes;
+static_assert(digit_bits * passes == radix_key_bits);
 constexpr std::size_t digits = std::size_t{1} << digit_bits;
 // Part boundaries depend on the number of cells alone; a part's histogram is worth its cost from here on.
 constexpr std::size_t least_part = 1 << 16, most_parts = 64;

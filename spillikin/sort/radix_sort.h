@@ -11,7 +11,7 @@
 
 namespace spillikin::sort {
 
-inline constexpr unsigned key_bits = 27;
+inline constexpr unsigned radix_key_bits = 27;
 
 // Keys that keep the order of numbers, largest first, and tell most of them apart: half of all keys, evenly spaced, for
 // the middle of the range, which a sample finds, a quarter on either side, spaced as floats, for what lies beyond it.
@@ -38,9 +38,9 @@ class Ladder {
   }
 
  private:
-  static constexpr std::uint32_t quarter = 1U << (key_bits - 2);
+  static constexpr std::uint32_t quarter = 1U << (radix_key_bits - 2);
   static std::uint32_t tailKey(double positive) {
-    return __builtin_bit_cast(std::uint32_t, static_cast<float>(positive)) >> (31 - (key_bits - 2));
+    return __builtin_bit_cast(std::uint32_t, static_cast<float>(positive)) >> (31 - (radix_key_bits - 2));
   }
   double low_ = 0.0, high_ = 0.0, scale_ = 0.0;
 };
