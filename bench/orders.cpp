@@ -29,6 +29,7 @@
 #include "spillikin/reference/reference.h"
 #include "spillikin/sort/bsp_xmpvo.h"
 #include "spillikin/sort/checker.h"
+#include "spillikin/sort/newell.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/xmpvo.h"
 #include "tests/support/meshes.h"
@@ -258,6 +259,9 @@ bool runMesh(const std::string& name, const Wish& wish) {
     if (const auto* b = dynamic_cast<const sort::BspXmpvo*>(c.sorter.get()))
       fmt::print(", b {}, {} nodes, {} fragments, searched {}, put off {}", b->tree().triangles(), b->tree().nodes(),
                  b->tree().fragments(), b->turns().searched(), b->turns().putOff());
+    if (const auto* n = dynamic_cast<const sort::Newell*>(c.sorter.get()))
+      fmt::print(", {:.1f} pairs tested a cell",
+                 static_cast<double>(n->pairsTested()) / static_cast<double>(mesh.cell_count()));
     fmt::print("\n");
     if (!c.worst.empty()) fmt::print("    EXACT BUT WRONG in {} views; {}\n", c.wrong_exact, c.worst);
     right = right && c.wrong_exact == 0;

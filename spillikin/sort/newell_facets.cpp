@@ -11,17 +11,20 @@ namespace {
 
 using Corners = std::array<mesh::Id, 3>;
 
-// Whether all vertices lie behind the plane or in it, and whether some lie in it only.
+// Whether all vertices lie behind the plane or in it, whether some do not lie in it, and which.
 struct Support {
   bool all = true, some = false;
+  std::uint32_t behind = 0;
 };
 Support support(const mesh::Mesh& mesh, const Corners& t, std::span<const mesh::Id> vertices) {
   Support s;
-  for (const mesh::Id v : vertices) {
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const mesh::Id v = vertices[i];
     if (v == t[0] || v == t[1] || v == t[2]) continue;
     const int side = mesh::orient3d(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], mesh.points[v]);
     s.all = s.all && side <= 0;
     s.some = s.some || side < 0;
+    if (side < 0 && i < 32) s.behind |= 1U << i;
   }
   return s;
 }
@@ -32,6 +35,7 @@ Support support(const mesh::Mesh& mesh, const Corners& t, std::span<const mesh::
 struct CellFacets::Block {
   std::vector<Plane> plane;
   std::vector<Corners> corner;
+  std::vector<std::uint32_t> behind;
   std::vector<std::uint8_t> kind;
 };
 
@@ -50,6 +54,7 @@ CellFacets::CellFacets(const mesh::Mesh& mesh)
     first[b + 1] = first[b] + blocks[b].plane.size();
   plane_.resize(first.back());
   corner_.resize(first.back());
+  behind_.resize(first.back());
   kind_.resize(first.back());
   mesh::parallelBlocks(mesh.cell_count(), [&](std::size_t b, std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
@@ -57,6 +62,7 @@ CellFacets::CellFacets(const mesh::Mesh& mesh)
     const auto at = static_cast<std::ptrdiff_t>(first[b]);
     std::copy(blocks[b].plane.begin(), blocks[b].plane.end(), plane_.begin() + at);
     std::copy(blocks[b].corner.begin(), blocks[b].corner.end(), corner_.begin() + at);
+    std::copy(blocks[b].behind.begin(), blocks[b].behind.end(), behind_.begin() + at);
     std::copy(blocks[b].kind.begin(), blocks[b].kind.end(), kind_.begin() + at);
     blocks[b] = {};
   });
@@ -65,23 +71,24 @@ CellFacets::CellFacets(const mesh::Mesh& mesh)
 void CellFacets::add(mesh::Id cell, mesh::Surface& surface, Block& block) {
   mesh::surface(mesh_, cell, surface);
   const auto vertices = mesh_.vertices(cell);
-  const auto put = [&](const Corners& t, unsigned kind) {
+  const auto put = [&](const Corners& t, const Support& s, unsigned kind) {
     block.plane.push_back(plane(t));
     block.corner.push_back(t);
+    block.behind.push_back(s.behind);
     block.kind.push_back(static_cast<std::uint8_t>(kind));
   };
   bool convex = true;
   const auto& triangles = surface.triangles;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Support s = support(mesh_, triangles[i], vertices);
-    put(triangles[i], s.all && s.some ? bounds | supports : bounds);
+    put(triangles[i], s, s.all && s.some ? bounds | supports : bounds);
     convex = convex && s.all;
     // The second half of a quadrilateral a, b, c, d.
     if (s.all || i == 0 || surface.face[i - 1].packed != surface.face[i].packed) continue;
     const mesh::Id a = triangles[i][0], b = triangles[i - 1][1], c = triangles[i][1], d = triangles[i][2];
     for (const Corners& other : {Corners{a, b, d}, Corners{b, c, d}}) {
       const Support o = support(mesh_, other, vertices);
-      if (o.all && o.some) put(other, supports);
+      if (o.all && o.some) put(other, o, supports);
     }
   }
   convex_[cell] = convex ? 1 : 0;
@@ -107,7 +114,7 @@ CellFacets::Plane CellFacets::plane(const Corners& corners) const {
 
 std::size_t CellFacets::bytes() const {
   return offset_.capacity() * 4 + plane_.capacity() * sizeof(Plane) + corner_.capacity() * sizeof(Corners) +
-         kind_.capacity() + convex_.capacity();
+         behind_.capacity() * 4 + kind_.capacity() + convex_.capacity();
 }
 
 }  // namespace spillikin::sort

@@ -1,6 +1,7 @@
 #include "spillikin/sort/newell_pairs.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "spillikin/mesh/parallel.h"
@@ -9,12 +10,15 @@
 namespace spillikin::sort {
 namespace {
 
-bool has(const std::array<mesh::Id, 3>& corners, mesh::Id v) {
-  return v == corners[0] || v == corners[1] || v == corners[2];
+constexpr std::size_t marked = 32;  // vertices of a cell that have a bit
+
+bool isShared(std::uint32_t shared, std::size_t vertex) {
+  return vertex < marked && ((shared >> vertex) & 1U) != 0;
 }
 
 bool sameCorners(const std::array<mesh::Id, 3>& s, const std::array<mesh::Id, 3>& t) {
-  return has(t, s[0]) && has(t, s[1]) && has(t, s[2]);
+  const auto has = [&](mesh::Id v) { return v == t[0] || v == t[1] || v == t[2]; };
+  return has(s[0]) && has(s[1]) && has(s[2]);
 }
 
 }  // namespace
@@ -26,67 +30,92 @@ Triangle NewellPairs::triangle(std::uint32_t facet) const {
 
 void NewellPairs::begin(const Viewpoint& viewpoint) {
   viewpoint_ = viewpoint;
-  a_.id = mesh::none;
-  sign_.resize(facets_.count());
+  a_.id = b_.id = mesh::none;
+  turned_.resize(facets_.count());
   mesh::parallelFor(facets_.count(), [&](std::size_t i) {
     const auto f = static_cast<std::uint32_t>(i);
     const auto& t = facets_.corners(f);
     int sign = facets_.side(f, viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - mesh_.points[t[0]]);
     if (sign == 0) sign = mesh::orientViewpoint(mesh_.points[t[0]], mesh_.points[t[1]], mesh_.points[t[2]], viewpoint);
-    sign_[i] = static_cast<std::int8_t>(sign);
+    const bool supports = facets_.is(f, CellFacets::supports), bounds = facets_.is(f, CellFacets::bounds);
+    turned_[i] = static_cast<std::uint8_t>((supports && sign >= 0 ? towards : 0) | (supports && sign <= 0 ? away : 0) |
+                                           (bounds && sign > 0 ? entry : 0) | (bounds && sign < 0 ? exit : 0));
   });
 }
 
-void NewellPairs::take(mesh::Id id, Cell& cell) const {
-  cell.id = id;
-  cell.outlined = false;
-  cell.points.clear();
-  for (const mesh::Id v : mesh_.vertices(id))
-    cell.points.push_back(mesh_.points[v]);
-  cell.towards.clear();
-  cell.away.clear();
-  for (std::uint32_t f = facets_.begin(id); f < facets_.end(id); ++f) {
-    if (!facets_.is(f, CellFacets::supports)) continue;
-    if (sign_[f] >= 0) cell.towards.push_back(f);
-    if (sign_[f] <= 0) cell.away.push_back(f);
-  }
+template <std::size_t N>
+std::span<const mesh::Id> NewellPairs::vertices(const Cell& cell) const {
+  if constexpr (N > 0) return {mesh_.cell_vertex.data() + N * cell.id, N};
+  return mesh_.vertices(cell.id);
 }
 
-// Is all of the cell certainly on the side of the facet's plane that its normal points to, or in the plane?
-NewellPairs::Verdict NewellPairs::before(std::uint32_t facet, const Cell& cell) const {
-  const auto& corners = facets_.corners(facet);
-  const Vec3& corner = mesh_.points[corners[0]];
-  const auto vertices = mesh_.vertices(cell.id);
-  bool open = false;
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const int side = facets_.side(facet, cell.points[i] - corner);
-    if (side > 0 || (side == 0 && has(corners, vertices[i]))) continue;
-    if (side < 0) return Verdict::not_apart;
-    open = true;
+// Vertices are compared, no neighbours are asked for.
+template <std::size_t N>
+void NewellPairs::findShared() {
+  const auto va = vertices<N>(a_), vb = vertices<N>(b_);
+  std::uint32_t shared_a = 0, shared_b = 0;
+  for (std::size_t i = 0; i < std::min(va.size(), marked); ++i) {
+    for (std::size_t j = 0; j < std::min(vb.size(), marked); ++j) {
+      const std::uint32_t same = va[i] == vb[j] ? 1U : 0U;
+      shared_a |= same << i;
+      shared_b |= same << j;
+    }
   }
-  return open ? Verdict::open : Verdict::apart;
+  a_.shared = shared_a;
+  b_.shared = shared_b;
 }
 
-bool NewellPairs::beforeExactly(std::uint32_t facet, mesh::Id cell) const {
-  const Triangle t = triangle(facet);
-  const auto vertices = mesh_.vertices(cell);
-  return std::all_of(vertices.begin(), vertices.end(), [&](mesh::Id v) {
-    return has(facets_.corners(facet), v) || mesh::orient3d(t[0], t[1], t[2], mesh_.points[v]) >= 0;
+// Is all of the other cell certainly on the side of the facet's plane that its normal points to, or in the plane? A
+// vertex that both cells have is certainly behind it or in it.
+template <std::size_t N>
+NewellPairs::Verdict NewellPairs::before(std::uint32_t facet, const Cell& own, const Cell& other) const {
+  if ((facets_.behind(facet) & own.shared) != 0) return Verdict::not_apart;
+  const Vec3& corner = mesh_.points[facets_.corners(facet)[0]];
+  const auto all = vertices<N>(other);
+  bool open = false, against = false;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool on = isShared(other.shared, i);
+    // Of a few vertices all are looked at: that takes less time than branches that cannot be foretold.
+    if (N == 0 && on) continue;
+    const int side = facets_.side(facet, mesh_.points[all[i]] - corner);
+    if (N == 0 && side < 0) return Verdict::not_apart;
+    open |= !on & (side == 0);
+    against |= !on & (side < 0);
+  }
+  return against ? Verdict::not_apart : open ? Verdict::open : Verdict::apart;
+}
+
+template <std::size_t N>
+bool NewellPairs::anyParts(const Cell& own, Turned turned, const Cell& other, std::vector<std::uint32_t>& open) const {
+  open.clear();
+  for (std::uint32_t f = facets_.begin(own.id); f < facets_.end(own.id); ++f) {
+    if (!is(f, turned)) continue;
+    const Verdict verdict = before<N>(f, own, other);
+    if (verdict == Verdict::apart) return true;
+    if (verdict == Verdict::open) open.push_back(f);
+  }
+  return false;
+}
+
+bool NewellPairs::anyPartsExactly(std::span<const std::uint32_t> open, const Cell& other) const {
+  const auto vertices = mesh_.vertices(other.id);
+  return std::any_of(open.begin(), open.end(), [&](std::uint32_t f) {
+    const Triangle t = triangle(f);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const Vec3& p = mesh_.points[vertices[i]];
+      if (!isShared(other.shared, i) && mesh::orient3d(t[0], t[1], t[2], p) < 0) return false;
+    }
+    return true;
   });
 }
 
-// A triangle of both, through which rays leave a and enter b. Vertices are compared, not neighbours.
-bool NewellPairs::shareSeenFace(const Cell& a, const Cell& b) const {
-  const auto va = mesh_.vertices(a.id), vb = mesh_.vertices(b.id);
-  int shared = 0;
-  for (const mesh::Id v : va)
-    shared += std::find(vb.begin(), vb.end(), v) != vb.end() ? 1 : 0;
-  if (shared < 3) return false;
-  for (std::uint32_t f = facets_.begin(a.id); f < facets_.end(a.id); ++f) {
-    if (sign_[f] >= 0 || !facets_.is(f, CellFacets::bounds)) continue;
-    for (std::uint32_t g = facets_.begin(b.id); g < facets_.end(b.id); ++g) {
-      if (sign_[g] <= 0 || !facets_.is(g, CellFacets::bounds)) continue;
-      if (!sameCorners(facets_.corners(f), facets_.corners(g))) continue;
+// A triangle of both, through which rays leave a and enter b.
+bool NewellPairs::shareSeenFace() const {
+  if (std::popcount(a_.shared) < 3) return false;
+  for (std::uint32_t f = facets_.begin(a_.id); f < facets_.end(a_.id); ++f) {
+    if (!is(f, exit)) continue;
+    for (std::uint32_t g = facets_.begin(b_.id); g < facets_.end(b_.id); ++g) {
+      if (!is(g, entry) || !sameCorners(facets_.corners(f), facets_.corners(g))) continue;
       const Triangle t = triangle(f);
       if (seen(t, viewpoint_, sliver(t))) return true;
     }
@@ -94,27 +123,24 @@ bool NewellPairs::shareSeenFace(const Cell& a, const Cell& b) const {
   return false;
 }
 
-// The edges of a convex cell between triangles turned towards the viewer and others, around the former.
+// The edges of a convex cell between triangles that rays enter through and others, around the former.
 void NewellPairs::findOutline(Cell& cell) const {
   cell.outlined = true;
   cell.outline.clear();
-  const bool parallel = viewpoint_.w == 0.0;
-  const auto towards = [&](std::uint32_t f) { return sign_[f] > 0 && facets_.is(f, CellFacets::bounds); };
   const std::uint32_t begin = facets_.begin(cell.id), end = facets_.end(cell.id);
   for (std::uint32_t f = begin; f < end; ++f) {
-    if (!towards(f)) continue;
+    if (!is(f, entry)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const mesh::Id p = facets_.corners(f)[k], q = facets_.corners(f)[(k + 1) % 3];
       bool inner = false;
       for (std::uint32_t g = begin; g < end && !inner; ++g) {
         const auto& t = facets_.corners(g);
-        inner =
-            g != f && towards(g) && ((t[0] == q && t[1] == p) || (t[1] == q && t[2] == p) || (t[2] == q && t[0] == p));
+        inner = is(g, entry) && ((t[0] == q && t[1] == p) || (t[1] == q && t[2] == p) || (t[2] == q && t[0] == p));
       }
       if (inner) continue;
-      const Vec3 s = parallel ? Vec3(viewpoint_) : Vec3(viewpoint_) - mesh_.points[p],
-                 u = mesh_.points[q] - mesh_.points[p];
-      // The determinant of u, w and s; Shewchuk's bound of it is 7.1 half units of the last place of these magnitudes.
+      const Vec3& corner = mesh_.points[p];
+      const Vec3 s = viewpoint_.w == 0.0 ? Vec3(viewpoint_) : Vec3(viewpoint_) - corner, u = mesh_.points[q] - corner;
+      // Shewchuk's bound of the determinant of u, p - corner and s is 7.1 half units of the last place of these.
       const Vec3 left(s.y * u.z, s.z * u.x, s.x * u.y), right(s.z * u.y, s.x * u.z, s.y * u.x);
       const double magnitude = std::max({std::abs(left.x) + std::abs(right.x), std::abs(left.y) + std::abs(right.y),
                                          std::abs(left.z) + std::abs(right.z)});
@@ -123,67 +149,60 @@ void NewellPairs::findOutline(Cell& cell) const {
   }
 }
 
-// Is all of b, as seen, certainly beyond one edge of the outline of a, or on it?
-bool NewellPairs::outlineParts(Cell& a, const Cell& b) const {
-  if (!facets_.convex(a.id)) return false;
-  if (!a.outlined) findOutline(a);
-  const auto vertices = mesh_.vertices(b.id);
-  return std::any_of(a.outline.begin(), a.outline.end(), [&](const Edge& e) {
+// Is all of the other cell, as seen, certainly beyond one edge of the outline, or on it?
+bool NewellPairs::outlineParts(Cell& own, const Cell& other) const {
+  if (!facets_.convex(own.id)) return false;
+  if (!own.outlined) findOutline(own);
+  const auto vertices = mesh_.vertices(other.id);
+  return std::any_of(own.outline.begin(), own.outline.end(), [&](const Edge& e) {
     const Vec3& corner = mesh_.points[e.ends[0]];
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      if (vertices[i] == e.ends[0] || vertices[i] == e.ends[1]) continue;
-      const Vec3 w = b.points[i] - corner;
+    return std::all_of(vertices.begin(), vertices.end(), [&](mesh::Id v) {
+      if (v == e.ends[0] || v == e.ends[1]) return true;
+      const Vec3 w = mesh_.points[v] - corner;
       const double height = e.normal.x * w.x + e.normal.y * w.y + e.normal.z * w.z;
-      if (!(height < -(e.bound * (std::abs(w.x) + std::abs(w.y) + std::abs(w.z)) + 0x1p-900))) return false;
-    }
-    return true;
+      return height < -(e.bound * (std::abs(w.x) + std::abs(w.y) + std::abs(w.z)) + 0x1p-900);
+    });
   });
 }
 
 // The definitive test: a triangle of a that rays leave it through and one of b that they enter it through overlap as
 // seen, wider than a sliver, the first nearer or at the same place.
-bool NewellPairs::trianglesHide(mesh::Id a, mesh::Id b) const {
-  for (std::uint32_t f = facets_.begin(a); f < facets_.end(a); ++f) {
-    if (sign_[f] >= 0 || !facets_.is(f, CellFacets::bounds)) continue;
-    const Triangle exit = triangle(f);
-    const double width = sliver(exit);
-    for (std::uint32_t g = facets_.begin(b); g < facets_.end(b); ++g) {
-      if (sign_[g] <= 0 || !facets_.is(g, CellFacets::bounds)) continue;
-      const Triangle entry = triangle(g);
-      if (!seenTogether(exit, entry, viewpoint_, std::min(width, sliver(entry)))) continue;
-      if (nearer(exit, -1, entry, 1, viewpoint_) < 0) continue;
-      if (projectionsOverlap(exit, -1, entry, 1, viewpoint_)) return true;
+bool NewellPairs::trianglesHide() const {
+  for (std::uint32_t f = facets_.begin(a_.id); f < facets_.end(a_.id); ++f) {
+    if (!is(f, exit)) continue;
+    const Triangle out = triangle(f);
+    const double width = sliver(out);
+    for (std::uint32_t g = facets_.begin(b_.id); g < facets_.end(b_.id); ++g) {
+      if (!is(g, entry)) continue;
+      const Triangle in = triangle(g);
+      if (!seenTogether(out, in, viewpoint_, std::min(width, sliver(in)))) continue;
+      if (nearer(out, -1, in, 1, viewpoint_) < 0) continue;
+      if (projectionsOverlap(out, -1, in, 1, viewpoint_)) return true;
     }
   }
   return false;
 }
 
-bool NewellPairs::hides(mesh::Id a, mesh::Id b) {
-  if (a_.id != a) take(a, a_);
-  take(b, b_);
-  open_a_.clear();
-  open_b_.clear();
+template <std::size_t N>
+bool NewellPairs::hides() {
+  findShared<N>();
   // Test 4: all of b lies before a plane that a lies behind and the viewpoint does not.
-  for (const std::uint32_t f : a_.towards) {
-    const Verdict verdict = before(f, b_);
-    if (verdict == Verdict::apart) return false;
-    if (verdict == Verdict::open) open_a_.push_back(f);
-  }
-  // Test 5: all of a lies beyond a plane that b lies before, and the viewpoint too.
-  for (const std::uint32_t f : b_.away) {
-    const Verdict verdict = before(f, a_);
-    if (verdict == Verdict::apart) return false;
-    if (verdict == Verdict::open) open_b_.push_back(f);
-  }
-  if (shareSeenFace(a_, b_)) return true;
+  if (anyParts<N>(a_, towards, b_, open_a_)) return false;
+  // Test 5: all of a lies beyond a plane that b lies behind, and the viewpoint too.
+  if (anyParts<N>(b_, away, a_, open_b_)) return false;
+  if (shareSeenFace()) return true;
   if (outlineParts(a_, b_) || outlineParts(b_, a_)) return false;
-  for (const std::uint32_t f : open_a_) {
-    if (beforeExactly(f, b)) return false;
-  }
-  for (const std::uint32_t f : open_b_) {
-    if (beforeExactly(f, a)) return false;
-  }
-  return trianglesHide(a, b);
+  // Tests 4 and 5 again, where rounding left them open.
+  if (anyPartsExactly(open_a_, b_) || anyPartsExactly(open_b_, a_)) return false;
+  return trianglesHide();
+}
+
+bool NewellPairs::hides(mesh::Id a, mesh::Id b) {
+  if (a_.id != a) a_.outlined = false;
+  b_.outlined = false;
+  a_.id = a;
+  b_.id = b;
+  return tetrahedral_ ? hides<4>() : hides<0>();
 }
 
 }  // namespace spillikin::sort

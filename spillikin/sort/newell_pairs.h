@@ -19,7 +19,7 @@ namespace spillikin::sort {
 // Nothing is allocated for a pair once the scratch space has grown.
 class NewellPairs {
  public:
-  explicit NewellPairs(const mesh::Mesh& mesh) : mesh_(mesh), facets_(mesh) {}
+  explicit NewellPairs(const mesh::Mesh& mesh) : mesh_(mesh), tetrahedral_(mesh.tetrahedral()), facets_(mesh) {}
 
   // The viewpoint's side of every facet, once a view, exact.
   void begin(const Viewpoint& viewpoint);
@@ -27,40 +27,54 @@ class NewellPairs {
   // tests of all pairs of their triangles where nothing else decides. Consecutive calls with one a are cheaper.
   bool hides(mesh::Id a, mesh::Id b);
 
-  std::size_t bytes() const { return facets_.bytes() + sign_.capacity(); }
+  std::size_t bytes() const { return facets_.bytes() + turned_.capacity(); }
 
  private:
-  // Some corner of a cell and a plane through the viewpoint and an edge at it: seen from there, the cell lies on its
-  // positive side.
+  // What a facet is good for in this view.
+  enum Turned : std::uint8_t {
+    towards = 1,  // it supports its cell, and the viewpoint does not lie behind it
+    away = 2,     // it supports its cell, and the viewpoint does not lie before it
+    entry = 4,    // rays enter the cell through it
+    exit = 8,     // rays leave it
+  };
+  // An edge of the outline of a cell as seen: the cell lies on the positive side of the plane through the viewpoint.
   struct Edge {
     std::array<mesh::Id, 2> ends;
     Vec3 normal;
-    double bound;  // on the error of normal . w, relative to |w|_1
+    double bound;  // on the error of normal . (p - first end), relative to its components' sum
   };
-  // What is kept of a cell while it is tested against others.
   struct Cell {
     mesh::Id id = mesh::none;
-    std::vector<Vec3> points;
-    std::vector<std::uint32_t> towards,
-        away;  // facets that support it and are turned towards the viewer, away, or edge-on
+    std::uint32_t shared = 0;  // of its first 32 vertices, those that are the other cell's too
     bool outlined = false;
     std::vector<Edge> outline;
   };
   enum class Verdict : std::uint8_t { apart, open, not_apart };
 
-  void take(mesh::Id id, Cell& cell) const;
-  Verdict before(std::uint32_t facet, const Cell& cell) const;
-  bool beforeExactly(std::uint32_t facet, mesh::Id cell) const;
-  bool shareSeenFace(const Cell& a, const Cell& b) const;
+  bool is(std::uint32_t facet, unsigned turned) const { return (turned_[facet] & turned) != 0; }
+  // N vertices a cell, or 0 where cells differ.
+  template <std::size_t N>
+  std::span<const mesh::Id> vertices(const Cell& cell) const;
+  template <std::size_t N>
+  void findShared();
+  template <std::size_t N>
+  Verdict before(std::uint32_t facet, const Cell& own, const Cell& other) const;
+  template <std::size_t N>
+  bool anyParts(const Cell& own, Turned turned, const Cell& other, std::vector<std::uint32_t>& open) const;
+  bool anyPartsExactly(std::span<const std::uint32_t> open, const Cell& other) const;
+  bool shareSeenFace() const;
   void findOutline(Cell& cell) const;
-  bool outlineParts(Cell& a, const Cell& b) const;
-  bool trianglesHide(mesh::Id a, mesh::Id b) const;
+  bool outlineParts(Cell& own, const Cell& other) const;
+  bool trianglesHide() const;
+  template <std::size_t N>
+  bool hides();
   Triangle triangle(std::uint32_t facet) const;
 
   const mesh::Mesh& mesh_;
+  const bool tetrahedral_;
   const CellFacets facets_;
   Viewpoint viewpoint_{0.0};
-  std::vector<std::int8_t> sign_;  // by facet
+  std::vector<std::uint8_t> turned_;  // by facet
   Cell a_, b_;
   std::vector<std::uint32_t> open_a_, open_b_;  // facets that rounding leaves undecided
 };
