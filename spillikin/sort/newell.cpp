@@ -3,8 +3,17 @@
 #include <algorithm>
 
 #include "spillikin/sort/splice.h"
+#include "spillikin/sort/split_exterior.h"
 
 namespace spillikin::sort {
+
+Newell::Newell(const mesh::Mesh& mesh)
+    : matched_(withMatchedDiagonals(mesh)),
+      mesh_(matched_ ? *matched_ : mesh),
+      windows_(mesh_),
+      pairs_(mesh_),
+      moved_(mesh_.cell_count()),
+      xmpvo_(mesh_) {}
 
 void Newell::operator()(const Viewpoint& viewpoint, Order& order) {
   order.cells.clear();
@@ -53,7 +62,8 @@ std::string Newell::why() const {
 }
 
 std::size_t Newell::bytes() const {
-  return windows_.bytes() + pairs_.bytes() + moved_.capacity() + head_.capacity() * sizeof(head_[0]) + xmpvo_.bytes();
+  return (matched_ ? sort::bytes(*matched_) : 0) + windows_.bytes() + pairs_.bytes() + moved_.capacity() +
+         head_.capacity() * sizeof(head_[0]) + xmpvo_.bytes();
 }
 
 }  // namespace spillikin::sort

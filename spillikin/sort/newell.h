@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,7 @@ namespace spillikin::sort {
 // apart by depth, up to n^2; serial.
 class Newell final : public Sorter {
  public:
-  explicit Newell(const mesh::Mesh& mesh) : windows_(mesh), pairs_(mesh), moved_(mesh.cell_count()), xmpvo_(mesh) {}
+  explicit Newell(const mesh::Mesh& mesh);
   void operator()(const Viewpoint& viewpoint, Order& order) override;
   Algorithm algorithm() const override { return Algorithm::newell; }
   std::string why() const override;
@@ -39,6 +40,8 @@ class Newell final : public Sorter {
  private:
   bool listFrom(mesh::Id first, Order& order);
 
+  const std::unique_ptr<mesh::Mesh> matched_;  // where diagonals are crossed, so that no cells overlap there
+  const mesh::Mesh& mesh_;                     // that, or the one given
   NewellWindows windows_;
   NewellPairs pairs_;
   std::vector<std::uint8_t> moved_;
