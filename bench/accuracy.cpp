@@ -33,8 +33,9 @@ struct Way {
 // One step of an 8-bit picture: what the exact ways are held to.
 constexpr double bound = 1.0 / 255.0;
 
-// Newell's order compares pairs of cells: on more cells than this it is left out, by name in the tables.
-constexpr std::size_t most_newell_cells = 20'000;
+// Newell's order compares pairs of cells, some 10 us a cell: on more cells than this it is left out, by name in the
+// tables.
+constexpr std::size_t most_newell_cells = 300'000;
 
 std::string leftOut(const Way& way, std::size_t cells) {
   if (way.engine.sort == sort::Algorithm::newell && cells > most_newell_cells)
