@@ -21,7 +21,7 @@ namespace spillikin::sort {
 // comes back to the head of the list goes on where it was left. The tests, from cheap to dear: depth (1), windows and
 // bounding boxes on the image plane (2, 3; newell_windows.h), planes of faces (4, 5), the edges of what is seen of a
 // cell, and the definitive one: a triangle of the first turned away and one of the second turned towards the viewpoint
-// whose projections overlap, exactly (newell_pairs.h). Cones over bounding spheres (1', 2' of the fourth paper) are left
+// whose projections overlap, exactly (newell_pairs.h). Cones over bounding spheres (1', 2') are left
 // out: they tell apart fewer than one in a hundred of the pairs whose boxes overlap.
 //
 // A cell that hides one moved before it is in a cycle with all that were moved since. The cells of a cycle are listed

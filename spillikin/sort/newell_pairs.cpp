@@ -165,17 +165,30 @@ bool NewellPairs::outlineParts(Cell& own, const Cell& other) const {
   });
 }
 
+// Do the triangles of two facets lie so that no corner of `other` is, or may be, on the side of the plane of `facet`
+// that its normal points to, and one is on the other?
+bool NewellPairs::behind(std::uint32_t other, std::uint32_t facet) const {
+  const auto& corners = facets_.corners(facet);
+  const Vec3& corner = mesh_.points[corners[0]];
+  bool strictly = false;
+  for (const mesh::Id v : facets_.corners(other)) {
+    if (v == corners[0] || v == corners[1] || v == corners[2]) continue;
+    if (facets_.side(facet, mesh_.points[v] - corner) >= 0) return false;
+    strictly = true;
+  }
+  return strictly;
+}
+
 // The definitive test: a triangle of a that rays leave it through and one of b that they enter it through overlap as
 // seen, wider than a sliver, the first nearer or at the same place.
 bool NewellPairs::trianglesHide() const {
   for (std::uint32_t f = facets_.begin(a_.id); f < facets_.end(a_.id); ++f) {
     if (!is(f, exit)) continue;
     const Triangle out = triangle(f);
-    const double width = sliver(out);
     for (std::uint32_t g = facets_.begin(b_.id); g < facets_.end(b_.id); ++g) {
-      if (!is(g, entry)) continue;
+      if (!is(g, entry) || behind(g, f) || behind(f, g)) continue;  // tests 4 and 5, of two triangles
       const Triangle in = triangle(g);
-      if (!seenTogether(out, in, viewpoint_, std::min(width, sliver(in)))) continue;
+      if (!seenTogether(out, in, viewpoint_, std::min(sliver(out), sliver(in)))) continue;
       if (nearer(out, -1, in, 1, viewpoint_) < 0) continue;
       if (projectionsOverlap(out, -1, in, 1, viewpoint_)) return true;
     }

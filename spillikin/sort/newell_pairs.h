@@ -65,6 +65,7 @@ class NewellPairs {
   bool shareSeenFace() const;
   void findOutline(Cell& cell) const;
   bool outlineParts(Cell& own, const Cell& other) const;
+  bool behind(std::uint32_t other, std::uint32_t facet) const;
   bool trianglesHide() const;
   template <std::size_t N>
   bool hides();
