@@ -119,7 +119,7 @@ bool NewellWindows::project(const Side& side, mesh::Id cell, Rectangle& box) con
     const double size = glm::length(p), room = slack * size, z = glm::dot(p, side.forward);
     const double at[2] = {glm::dot(p, side.right), glm::dot(p, side.up)};
     in_front = in_front && (parallel_ || z > least_height * size);
-    for (int k = 0; k < 2; ++k) {
+    for (std::size_t k = 0; k < 2; ++k) {
       outside[2 * k] = outside[2 * k] && at[k] - z > room;
       outside[2 * k + 1] = outside[2 * k + 1] && -at[k] - z > room;
       const double image = parallel_ ? at[k] : at[k] / z;
@@ -174,11 +174,11 @@ void NewellWindows::findFootprints() {
   footprint_.resize(first_[count]);
   mesh::parallelFor(count, [&](std::size_t c) {
     std::uint32_t at = first_[c];
-    for (std::uint8_t s = 0; s < sides_.size(); ++s) {
+    for (std::size_t s = 0; s < sides_.size(); ++s) {
       if (((seen_on_[c] >> s) & 1U) == 0) continue;
       Footprint& f = footprint_[at++];
       project(sides_[s], static_cast<mesh::Id>(c), f.box);
-      f.side = s;
+      f.side = static_cast<std::uint8_t>(s);
       place(f);
     }
   });
@@ -303,18 +303,18 @@ bool NewellWindows::openWindow(Search& s) {
 mesh::Id NewellWindows::next(Search& s) {
   const std::uint32_t nearest = nearest_[s.cell];
   while (true) {
-    const Rectangle* const box = s.footprint < footprint_.size() ? &footprint_[s.footprint].box : nullptr;
+    if (s.at == s.end && !openWindow(s)) return mesh::none;
+    const Rectangle& box = footprint_[s.footprint].box;
     for (; s.at < s.end; ++s.at) {
       const Entry& e = entry_[s.at];
       if (e.farthest > nearest) break;  // test 1, for it and all that follow in this window
-      if (e.box.upper[0] < box->lower[0] || box->upper[0] < e.box.lower[0]) continue;  // test 2
-      if (e.box.upper[1] < box->lower[1] || box->upper[1] < e.box.lower[1]) continue;  // test 3
+      if (e.box.upper[0] < box.lower[0] || box.upper[0] < e.box.lower[0]) continue;  // test 2
+      if (e.box.upper[1] < box.lower[1] || box.upper[1] < e.box.lower[1]) continue;  // test 3
       if (e.cell == s.cell || listed_[e.cell] != 0) continue;
       ++s.at;
       return e.cell;
     }
     s.at = s.end;
-    if (!openWindow(s)) return mesh::none;
   }
 }
 

@@ -23,7 +23,7 @@ namespace spillikin::sort {
 // them. Within a window the farthest come first, which no move disturbs.
 //
 // Extents are widened by the rounding they may have suffered: they only ever spare exact tests. Cost of a view: O(n)
-// and what the searches look at; 40 bytes a cell. Orders do not depend on the number of threads.
+// and what the searches look at; some 120 bytes a cell. Orders do not depend on the number of threads.
 class NewellWindows {
  public:
   explicit NewellWindows(const mesh::Mesh& mesh) : mesh_(mesh) {}
