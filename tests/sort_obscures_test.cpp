@@ -163,7 +163,7 @@ TEST(Obscures, TrianglesThatFaceNoneAreRelatedToNone) {
   for (const Case& c : cases()) {
     const mesh::Mesh mesh = mesh::build(c.source);
     FaceSigns signs(mesh);
-    GapEdges gaps(mesh, signs);
+    GapEdges gaps(mesh, signs, Exterior::all);
     const auto count = static_cast<std::uint32_t>(gaps.tree().triangles().size());
     std::vector<bool> faces(count);
     for (std::uint32_t t = 0; t < count; ++t)

@@ -4,7 +4,7 @@ namespace spillikin::sort {
 namespace {
 
 constexpr std::size_t slabs = 64, places = 256;  // of depth, and of the tree's list within each
-static_assert(DepthBands::bands % slabs == 0 && slabs * places < ExteriorTree::never / 2);
+static_assert(slabs * places < ExteriorWindows::never / 2);
 
 }  // namespace
 
@@ -13,12 +13,11 @@ BspXmpvo::BspXmpvo(const mesh::Mesh& mesh) : GapSorter(mesh, CurvedCells::cut), 
 void BspXmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   begin(viewpoint, order);
   tree_.place(viewpoint, [&](std::uint32_t t) { return gaps_.sign(t); });
-  const DepthBands bands(gaps_.tree().lower(), gaps_.tree().upper(), viewpoint);
+  const ExteriorWindows& windows = gaps_.windows();
   turns_.begin([&](std::uint32_t t, int sign) {
-    const Triangle corners = gaps_.tree().corners(t);
-    const std::size_t slab = (sign < 0 ? bands.latest(corners) : bands.earliest(corners)) / (DepthBands::bands / slabs);
+    const std::size_t level = sign < 0 ? windows.greatest(t) : windows.least(t);
     const std::size_t place = std::size_t{sign < 0 ? tree_.lastPlace(t) : tree_.firstPlace(t)} * places / tree_.nodes();
-    return static_cast<Turn>(1 + slab * places + place);
+    return static_cast<Turn>(1 + level * slabs / ExteriorWindows::levels * places + place);
   });
   finish(viewpoint, order);
 }

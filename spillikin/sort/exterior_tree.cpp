@@ -14,7 +14,7 @@ namespace {
 
 // In local units, where the mesh spans [-1, 1]: above the rounding of six float products and of the plane itself.
 constexpr float margin = 0x1p-17F;
-// Below this sine an edge and the line of sight are taken for parallel and their plane is not used.
+// Below this sine two directions are taken for parallel and span no plane.
 constexpr double least_sine = 1e-7;
 // Triangles at a plane or beyond, after which none found to meet proves nothing: large flat sides would ask for all
 // pairs.
@@ -51,20 +51,7 @@ Vec3 spanned(const Vec3& u, const Vec3& v) {
 
 ExteriorTree::ExteriorTree(const mesh::Mesh& mesh, std::vector<ExteriorTriangle> exterior)
     : mesh_(mesh), triangles_(std::move(exterior)) {
-  for (const auto& t : triangles_) {
-    for (const mesh::Id v : t.corner) {
-      for (int k = 0; k < 3; ++k) {
-        lower_[k] = std::min(lower_[k], mesh.points[v][k]);
-        upper_[k] = std::max(upper_[k], mesh.points[v][k]);
-      }
-    }
-  }
-  double extent = 0.0;
-  for (int k = 0; k < 3; ++k) {
-    origin_[k] = triangles_.empty() ? 0.0 : 0.5 * lower_[k] + 0.5 * upper_[k];
-    extent = std::max(extent, 0.5 * upper_[k] - 0.5 * lower_[k]);
-  }
-  if (extent > 0.0) scale_ = 1.0 / extent;
+  measure();
   std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
   codes.reserve(triangles_.size());
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
@@ -85,7 +72,40 @@ ExteriorTree::ExteriorTree(const mesh::Mesh& mesh, std::vector<ExteriorTriangle>
   build();
 }
 
+// The box of all and what makes it local.
+void ExteriorTree::measure() {
+  lower_ = Vec3(std::numeric_limits<double>::infinity());
+  upper_ = -lower_;
+  for (const auto& t : triangles_) {
+    for (const mesh::Id v : t.corner) {
+      for (int k = 0; k < 3; ++k) {
+        lower_[k] = std::min(lower_[k], mesh_.points[v][k]);
+        upper_[k] = std::max(upper_[k], mesh_.points[v][k]);
+      }
+    }
+  }
+  double extent = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    origin_[k] = triangles_.empty() ? 0.0 : 0.5 * lower_[k] + 0.5 * upper_[k];
+    extent = std::max(extent, 0.5 * upper_[k] - 0.5 * lower_[k]);
+  }
+  scale_ = extent > 0.0 ? 1.0 / extent : 1.0;
+}
+
+void ExteriorTree::keep(const std::vector<std::uint8_t>& wanted) {
+  std::vector<ExteriorTriangle> kept;
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    if (wanted[t] != 0) kept.push_back(triangles_[t]);
+  }
+  kept.shrink_to_fit();
+  triangles_.swap(kept);
+  measure();
+  build();
+}
+
 void ExteriorTree::build() {
+  nodes_.clear();
+  levels_.clear();
   struct Box {
     Vec3 lower, upper;
   };
@@ -124,26 +144,6 @@ void ExteriorTree::build() {
     if (count <= wide) break;
     boxes.swap(parents);
   }
-  turns_.resize(nodes_.size());
-}
-
-void ExteriorTree::inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn first, Turn last,
-                           std::vector<std::uint32_t>& out) const {
-  // det[b - a, c - a, V - a] has the sign `sign`, so that (b - a) x (V - a) has c on the side -sign, and the triangle's
-  // own normal has the viewpoint on the side sign.
-  const Triangle p = corners(t);
-  TreePlane planes[4];
-  const auto local = [&](const Vec3& n, const Vec3& through) {
-    const double offset = dot(n, through - origin_) * scale_;
-    return TreePlane{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z),
-                     margin - static_cast<float>(offset)};
-  };
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 sight = viewpoint.w == 0.0 ? Vec3(viewpoint) : Vec3(viewpoint) - p[k];
-    planes[k] = local(-static_cast<double>(sign) * spanned(p[(k + 1) % 3] - p[k], sight), p[k]);
-  }
-  planes[3] = local(static_cast<double>(sign) * spanned(p[1] - p[0], p[2] - p[0]), p[0]);
-  searchTree(nodes_.data(), turns_.data(), levels_.data(), levels_.size(), planes, first, last, out);
 }
 
 bool ExteriorTree::anyBeyond(std::size_t t, const std::function<bool(std::uint32_t)>& meets) const {
@@ -231,7 +231,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> ExteriorTree::crossings(std
 
 std::size_t ExteriorTree::bytes() const {
   return triangles_.capacity() * sizeof(ExteriorTriangle) + nodes_.capacity() * sizeof(Node) +
-         levels_.capacity() * sizeof(Level) + turns_.capacity() * sizeof(TreeTurns);
+         levels_.capacity() * sizeof(Level);
 }
 
 }  // namespace spillikin::sort

@@ -1,4 +1,4 @@
-// The exterior triangles of a mesh in a tree of boxes, and what lies before one of them.
+// The exterior triangles of a mesh in a tree of boxes, and what lies near one of them.
 #pragma once
 
 #include <oneapi/tbb/blocked_range.h>
@@ -15,7 +15,6 @@
 
 #include "spillikin/sort/convexity.h"
 #include "spillikin/sort/triangle_order.h"
-#include "spillikin/sort/turns.h"
 
 namespace spillikin::sort {
 
@@ -28,19 +27,6 @@ struct TreeLevel {
   std::size_t first;  // node
   std::size_t count;  // boxes
 };
-// A half-space x X + y Y + z Z + w >= 0 in local coordinates, the rounding allowed for in w.
-struct TreePlane {
-  float x, y, z, w;
-};
-// The turns in each box of a node: the earliest, and the latest guess.
-struct TreeTurns {
-  std::array<Turn, TreeNode::wide> earliest, latest;
-};
-// The search, compiled for every SIMD target and chosen at run time: appends the boxes of level 0 that reach into all
-// four half-spaces and hold a turn of at most `last` and a guess of at least `first`.
-void searchTree(const TreeNode* nodes, const TreeTurns* turns, const TreeLevel* levels, std::size_t level_count,
-                const TreePlane planes[4], Turn first, Turn last, std::vector<std::uint32_t>& out);
-
 // Built once per geometry. Triangles are renumbered along a space-filling curve; `triangles()` is in that order and so
 // are all indices. The tree is implicit and eight wide.
 class ExteriorTree {
@@ -53,46 +39,15 @@ class ExteriorTree {
     return {mesh_.points[c[0]], mesh_.points[c[1]], mesh_.points[c[2]]};
   }
 
-  // The box of all triangles; meant for meshes, which have some.
+  // The box of all triangles, lower above upper where there is none.
   const Vec3& lower() const { return lower_; }
   const Vec3& upper() const { return upper_; }
 
-  static constexpr Turn never = std::numeric_limits<Turn>::max();
+  // Eight to a node, from the triangles themselves up to the root.
+  const std::vector<TreeLevel>& levels() const { return levels_; }
 
-  // What the searches may find: triangles by their turn(t), `never` for those that none may, and guess(t), which is no
-  // later. Linear, on all cores.
-  template <class TurnOf, class GuessOf>
-  void setTurns(const TurnOf& turn, const GuessOf& guess) {
-    for (std::size_t l = 0; l < levels_.size(); ++l) {
-      const TreeTurns* below = l == 0 ? nullptr : turns_.data() + levels_[l - 1].first;
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (levels_[l].count + wide - 1) / wide, 512),
-                        [&](const tbb::blocked_range<std::size_t>& range) {
-                          for (std::size_t node = range.begin(); node < range.end(); ++node) {
-                            TreeTurns& turns = turns_[levels_[l].first + node];
-                            turns.earliest.fill(never);
-                            turns.latest.fill(0);
-                            const std::size_t boxes = std::min(wide, levels_[l].count - wide * node);
-                            for (std::size_t j = 0; j < boxes; ++j) {
-                              const std::size_t box = wide * node + j;
-                              if (below != nullptr) {
-                                const auto &earliest = below[box].earliest, &latest = below[box].latest;
-                                turns.earliest[j] = *std::min_element(earliest.begin(), earliest.end());
-                                turns.latest[j] = *std::max_element(latest.begin(), latest.end());
-                                continue;
-                              }
-                              turns.earliest[j] = turn(static_cast<std::uint32_t>(box));
-                              if (turns.earliest[j] != never) turns.latest[j] = guess(static_cast<std::uint32_t>(box));
-                            }
-                          }
-                        });
-    }
-  }
-
-  // Appends to `out` the triangles that setTurns gave a turn of at most `last` and a guess of at least `first` and that
-  // may lie between the viewpoint and triangle t; leaves out only such that certainly do not. `sign` is the nonzero
-  // orientViewpoint of t.
-  void inFront(std::size_t t, int sign, const Viewpoint& viewpoint, Turn first, Turn last,
-               std::vector<std::uint32_t>& out) const;
+  // Only the triangles of which `wanted` is nonzero from now on, in the same sequence.
+  void keep(const std::vector<std::uint8_t>& wanted);
 
   // Whether meets(other) holds for any triangle, of those that may reach to the plane of triangle t or to the side that
   // its normal points to. False is certain; true where too many are there to ask them all. Cost: logarithmic.
@@ -109,6 +64,7 @@ class ExteriorTree {
   using Level = TreeLevel;
   static constexpr std::size_t wide = Node::wide;
 
+  void measure();
   void build();
   void crossed(std::size_t t, std::vector<std::pair<std::uint32_t, std::uint32_t>>& out) const;
 
@@ -118,8 +74,7 @@ class ExteriorTree {
   Vec3 origin_{0.0};
   double scale_ = 1.0;
   std::vector<Node> nodes_;
-  std::vector<TreeTurns> turns_;  // per node
-  std::vector<Level> levels_;     // from the triangles' own boxes up to the root
+  std::vector<Level> levels_;  // from the triangles' own boxes up to the root
 };
 
 }  // namespace spillikin::sort

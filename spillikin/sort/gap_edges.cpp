@@ -18,27 +18,46 @@ constexpr std::size_t block = 64;  // triangles searched by one task, whose edge
 
 }  // namespace
 
-GapEdges::GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs)
+GapEdges::GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs, Exterior exterior)
     : mesh_(mesh), signs_(signs), tree_(mesh, exteriorTriangles(mesh)) {
+  pairNonmatching();
+  overlapping_ = findOverlapping();
+  if (exterior == Exterior::facing) keepFacing();
+  index();
+  windows_.emplace(mesh, tree_);
+}
+
+void GapEdges::keepFacing() {
+  std::vector<std::uint8_t> facing(tree_.triangles().size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, facing.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t t = range.begin(); t < range.end(); ++t)
+                        facing[t] = facesAny(static_cast<std::uint32_t>(t)) ? 1 : 0;
+                    });
+  tree_.keep(facing);
+  pairNonmatching();
+}
+
+void GapEdges::index() {
   const auto& triangles = tree_.triangles();
-  row_ = exteriorRows(mesh, signs, triangles);
+  row_ = exteriorRows(mesh_, signs_, triangles);
   by_cell_.resize(triangles.size());
   std::iota(by_cell_.begin(), by_cell_.end(), 0U);
   std::sort(by_cell_.begin(), by_cell_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return triangles[a].cell != triangles[b].cell ? triangles[a].cell < triangles[b].cell : a < b;
   });
-  first_of_.assign(mesh.cell_count() + 1, 0);
+  first_of_.assign(mesh_.cell_count() + 1, 0);
   for (const auto& t : triangles)
     ++first_of_[t.cell + 1];
-  for (std::size_t c = 0; c < mesh.cell_count(); ++c)
+  for (std::size_t c = 0; c < mesh_.cell_count(); ++c)
     first_of_[c + 1] += first_of_[c];
   found_.resize((triangles.size() + block - 1) / block);
-  pairNonmatching();
 }
 
 void GapEdges::pairNonmatching() {
   const auto& triangles = tree_.triangles();
   partner_.assign(triangles.size(), mesh::none);
+  abutting_.clear();
   if (mesh_.quad.empty() || mesh_.triangle.empty()) return;
   const auto key = [&](std::array<mesh::Id, 3> corner) {
     for (mesh::Id& v : corner)
@@ -70,7 +89,7 @@ void GapEdges::pairNonmatching() {
   }
 }
 
-std::array<mesh::Id, 2> GapEdges::overlapping() const {
+std::array<mesh::Id, 2> GapEdges::findOverlapping() const {
   const auto& triangles = tree_.triangles();
   for (const auto& [a, b] : tree_.crossings(triangles.size())) {
     if (partner_[a] != mesh::none && partner_[a] == partner_[b]) continue;
@@ -135,9 +154,10 @@ void GapEdges::findAll(const Viewpoint& viewpoint, std::span<const mesh::Id> gro
   const auto& triangles = tree_.triangles();
   const auto groupOf = [&](std::uint32_t t) { return group.empty() ? 0 : group[triangles[t].cell]; };
   // The tree looks for turns: groups that share one are told apart afterwards.
-  const auto turnOf = [&](std::uint32_t t) { return static_cast<Turn>(groupOf(t) % ExteriorTree::never); };
-  tree_.setTurns(
-      [&](std::uint32_t t) { return sign(t) < 0 && groupOf(t) != mesh::none ? turnOf(t) : ExteriorTree::never; },
+  const auto turnOf = [&](std::uint32_t t) { return static_cast<Turn>(groupOf(t) % ExteriorWindows::never); };
+  windows_->look(viewpoint);
+  windows_->setTurns(
+      [&](std::uint32_t t) { return sign(t) < 0 && groupOf(t) != mesh::none ? turnOf(t) : ExteriorWindows::never; },
       turnOf);
   tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
@@ -145,10 +165,9 @@ void GapEdges::findAll(const Viewpoint& viewpoint, std::span<const mesh::Id> gro
     auto& candidates = scratch.local();
     found.clear();
     for (auto n = static_cast<std::uint32_t>(b * block); n < std::min(triangles.size(), (b + 1) * block); ++n) {
-      const int s = sign(n);
-      if (s <= 0 || groupOf(n) == mesh::none) continue;  // rays enter through those turned towards the viewpoint
+      if (sign(n) <= 0 || groupOf(n) == mesh::none) continue;  // rays enter through those turned towards the viewpoint
       candidates.clear();
-      tree_.inFront(n, s, viewpoint, turnOf(n), turnOf(n), candidates);
+      windows_->meeting(n, turnOf(n), turnOf(n), candidates);
       for (const std::uint32_t e : candidates) {
         if (triangles[e].cell == triangles[n].cell || groupOf(e) != groupOf(n)) continue;
         if (related(e, n, viewpoint)) found.emplace_back(triangles[n].cell, triangles[e].cell);
@@ -188,8 +207,8 @@ void setEdges(const CellPairs& pairs, std::size_t cells, ExtraEdges& out) {
 }
 
 std::size_t GapEdges::bytes() const {
-  std::size_t bytes = tree_.bytes() + row_.capacity() * sizeof(std::size_t) + 4 * partner_.capacity() +
-                      4 * (by_cell_.capacity() + first_of_.capacity());
+  std::size_t bytes = tree_.bytes() + windows_->bytes() + row_.capacity() * sizeof(std::size_t) +
+                      4 * partner_.capacity() + 4 * (by_cell_.capacity() + first_of_.capacity());
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(found[0]);
   return bytes;

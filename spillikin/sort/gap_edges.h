@@ -3,28 +3,35 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "spillikin/sort/exterior_tree.h"
+#include "spillikin/sort/exterior_windows.h"
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/layered_sort.h"
 
 namespace spillikin::sort {
 
 // A ray that leaves the mesh through an exterior triangle and enters it again through another orders their cells. Found
-// from the tree of boxes, searched for what lies before each triangle turned towards the viewpoint; exact predicates
-// decide, but an overlap no wider than a sliver (triangle_order.h) orders nothing.
+// by their windows in the view, searched for what each triangle turned towards the viewpoint may lie behind; exact
+// predicates decide, but an overlap no wider than a sliver (triangle_order.h) orders nothing.
+//
+// Each of two such triangles must reach beyond the other's plane. Those that can face no other, as on the convex hull,
+// are found once, exactly, and left out: here, the tree has the others alone.
 //
 // A quadrilateral that abuts two triangles with the other diagonal leaves gaps or overlaps of no account between them:
 // its two sides are taken for one face, whichever is nearer.
 using CellPairs = std::vector<std::pair<mesh::Id, mesh::Id>>;  // (behind, front)
 
+enum class Exterior : std::uint8_t { facing, all };  // triangles: those that may face another, or all
+
 class GapEdges {
  public:
-  GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs);
+  GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs, Exterior exterior = Exterior::facing);
 
   // Reads the signs of the last view, which must be of this viewpoint. Cost: O(b log b + k) for b triangles and k pairs
   // that lie behind one another, on all cores.
@@ -42,18 +49,22 @@ class GapEdges {
   bool facesAny(std::uint32_t t) const;
 
   const ExteriorTree& tree() const { return tree_; }
-  ExteriorTree& tree() { return tree_; }
+  const ExteriorWindows& windows() const { return *windows_; }
+  ExteriorWindows& windows() { return *windows_; }
   // Pairs of exterior triangles of different cells that are taken for one face; few.
   const std::vector<std::pair<std::uint32_t, std::uint32_t>>& abutting() const { return abutting_; }
   // The first pair of cells whose exterior triangles cross, but for the sides of one face; none of either when no two
   // do. Where cells overlap no order is right.
-  std::array<mesh::Id, 2> overlapping() const;
+  const std::array<mesh::Id, 2>& overlapping() const { return overlapping_; }
   std::span<const std::uint32_t> trianglesOf(mesh::Id cell) const;
   int sign(std::uint32_t triangle) const { return signs_.sign(row_[triangle]); }
   std::size_t bytes() const;
 
  private:
+  void keepFacing();
+  void index();
   void pairNonmatching();
+  std::array<mesh::Id, 2> findOverlapping() const;
   void findAll(const Viewpoint& viewpoint, std::span<const mesh::Id> group);
   enum class Beside : std::uint8_t { no, yes, unsure };
   template <class Orient>
@@ -66,6 +77,8 @@ class GapEdges {
   const mesh::Mesh& mesh_;
   const FaceSigns& signs_;
   ExteriorTree tree_;
+  std::optional<ExteriorWindows> windows_;  // once the tree is as it stays
+  std::array<mesh::Id, 2> overlapping_;
   std::vector<std::size_t> row_;   // of FaceSigns, for each triangle of the tree
   std::vector<mesh::Id> partner_;  // a quadrilateral face that it is half of, or that it and another abut, or none
   std::vector<std::pair<std::uint32_t, std::uint32_t>> abutting_;

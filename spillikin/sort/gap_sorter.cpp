@@ -30,6 +30,7 @@ void GapSorter::begin(const Viewpoint& viewpoint, Order& order) {
   signs_(viewpoint);
   problems_.begin(order);
   if (!problems_.subdivides()) parted_.part();
+  gaps_.windows().look(viewpoint);
 }
 
 void GapSorter::finish(const Viewpoint& viewpoint, Order& order) {

@@ -1,7 +1,5 @@
 #include "spillikin/sort/gap_turns.h"
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
-
 #include <algorithm>
 
 namespace spillikin::sort {
@@ -10,7 +8,7 @@ namespace {
 // Searches after which more rounds cost more than edges do: so many times those of the first round, and some for small
 // meshes. Large cycles that lead through gaps are looked at again in every round.
 constexpr std::size_t most_searched = 3, few_searches = 1000;
-constexpr std::size_t block = 256;  // triangles searched by one task, whose pairs are kept together
+constexpr std::size_t block = 128;  // triangles searched by one task, whose pairs are kept together
 
 }  // namespace
 
@@ -18,14 +16,12 @@ GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& pa
     : mesh_(mesh),
       gaps_(gaps),
       parted_(parted),
-      alone_(gaps.tree().triangles().size()),
-      guess_(alone_.size()),
+      sign_(gaps.tree().triangles().size()),
+      guess_(sign_.size()),
       turn_(mesh.cell_count()) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, alone_.size(), 256),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t t = range.begin(); t < range.end(); ++t)
-                        alone_[t] = gaps_.facesAny(static_cast<std::uint32_t>(t)) ? 0 : 1;
-                    });
+  cell_.reserve(sign_.size());
+  for (const ExteriorTriangle& t : gaps.tree().triangles())
+    cell_.push_back(t.cell);
 }
 
 void GapTurns::clear() {
@@ -40,9 +36,7 @@ void GapTurns::clear() {
 void GapTurns::again() {
   clear();
   for (std::uint32_t t = 0; t < guess_.size(); ++t) {
-    if (gaps_.sign(t) >= 0 || alone_[t] != 0) continue;
-    Turn& turn = turn_[gaps_.tree().triangles()[t].cell];
-    turn = std::max(turn, guess_[t]);
+    if (sign_[t] < 0) turn_[cell_[t]] = std::max(turn_[cell_[t]], guess_[t]);
   }
 }
 
@@ -56,47 +50,33 @@ Turn GapTurns::lastTurn(mesh::Id cell) const {
 
 // May an exit before it come too early?
 bool GapTurns::open(std::uint32_t entry) const {
-  return gaps_.sign(entry) > 0 && alone_[entry] == 0 && lastTurn(gaps_.tree().triangles()[entry].cell) >= guess_[entry];
+  return sign_[entry] > 0 && lastTurn(cell_[entry]) >= guess_[entry];
 }
 
 bool GapTurns::knows(std::uint32_t exit, std::uint32_t entry) const {
   if (known_->empty()) return false;
-  const auto& triangles = gaps_.tree().triangles();
-  const auto after = known_->after(triangles[entry].cell);
-  return std::binary_search(after.begin(), after.end(), triangles[exit].cell);
+  const auto after = known_->after(cell_[entry]);
+  return std::binary_search(after.begin(), after.end(), cell_[exit]);
 }
 
 void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
                       std::vector<Pair>& found) const {
-  const auto& triangles = gaps_.tree().triangles();
-  const mesh::Id cell = triangles[entry].cell;
+  const mesh::Id cell = cell_[entry];
   const Turn last = lastTurn(cell);
   scratch.clear();
-  gaps_.tree().inFront(entry, 1, viewpoint, guess_[entry], last, scratch);
+  gaps_.windows().meeting(entry, guess_[entry], last, scratch);
   for (const std::uint32_t exit : scratch) {
-    if (triangles[exit].cell == cell || turn_[triangles[exit].cell] > last) continue;
-    if (guess_[exit] < guess_[entry] || knows(exit, entry)) continue;
+    if (cell_[exit] == cell || turn_[cell_[exit]] > last || knows(exit, entry)) continue;
     if (gaps_.related(exit, entry, viewpoint)) found.emplace_back(exit, entry);
   }
 }
 
-void GapTurns::searchAll(const Viewpoint& viewpoint) {
-  const std::size_t count = guess_.size(), blocks = (count + block - 1) / block;
-  found_.resize(std::max(found_.size(), blocks));
-  searches_.resize(blocks);
-  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
-  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
-    found_[b].clear();
-    std::size_t searches = 0;
-    for (auto t = static_cast<std::uint32_t>(b * block); t < std::min(count, (b + 1) * block); ++t) {
-      if (!open(t)) continue;
-      ++searches;
-      search(t, viewpoint, scratch.local(), found_[b]);
-    }
-    searches_[b] = searches;
-  });
-  for (const std::size_t searches : searches_)
-    searched_ += searches;
+// Linear; serial, for it does next to nothing.
+void GapTurns::findOpen() {
+  open_.clear();
+  for (std::uint32_t t = 0; t < sign_.size(); ++t) {
+    if (open(t)) open_.push_back(t);
+  }
 }
 
 void GapTurns::searchOpen(const Viewpoint& viewpoint) {
@@ -104,22 +84,22 @@ void GapTurns::searchOpen(const Viewpoint& viewpoint) {
   found_.resize(std::max(found_.size(), blocks));
   for (auto& found : found_)
     found.clear();
-  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
+    thread_local std::vector<std::uint32_t> scratch;
     for (std::size_t i = b * block; i < std::min(open_.size(), (b + 1) * block); ++i)
-      search(open_[i], viewpoint, scratch.local(), found_[b]);
+      search(open_[i], viewpoint, scratch, found_[b]);
   });
   searched_ += open_.size();
 }
 
 // A quadrilateral that abuts two triangles may lie before or behind them: no guess tells.
 void GapTurns::addAbutting(const Viewpoint& viewpoint) {
-  if (found_.empty()) return;
-  const auto& triangles = gaps_.tree().triangles();
+  if (gaps_.abutting().empty()) return;
+  found_.resize(std::max<std::size_t>(found_.size(), 1));
   for (const auto& [a, b] : gaps_.abutting()) {
     for (const auto& [exit, entry] : {std::pair{a, b}, std::pair{b, a}}) {
-      if (gaps_.sign(exit) >= 0 || gaps_.sign(entry) <= 0) continue;
-      if (turn_[triangles[exit].cell] > lastTurn(triangles[entry].cell)) continue;
+      if (sign_[exit] >= 0 || sign_[entry] <= 0) continue;
+      if (turn_[cell_[exit]] > lastTurn(cell_[entry])) continue;
       if (!knows(exit, entry) && gaps_.related(exit, entry, viewpoint)) found_.front().emplace_back(exit, entry);
     }
   }
@@ -140,17 +120,15 @@ void GapTurns::addPieces(const Ties& ties) {
 }
 
 void GapTurns::noteFound() {
-  const auto& triangles = gaps_.tree().triangles();
   for (const auto& found : found_) {
     for (const auto& [exit, entry] : found)
-      wrong_.emplace_back(triangles[entry].cell, triangles[exit].cell);
+      wrong_.emplace_back(cell_[entry], cell_[exit]);
   }
 }
 
 // Puts off the exits found, with all cells before them, and notes which entries are to be looked at again. False when
 // turns run out.
 bool GapTurns::putOffFound(const LayeredSort& layered, const Ties& ties) {
-  const auto& triangles = gaps_.tree().triangles();
   raised_.clear();
   const auto putOne = [&](mesh::Id node, Turn least) {
     if (turn_[node] >= least) return;
@@ -167,10 +145,10 @@ bool GapTurns::putOffFound(const LayeredSort& layered, const Ties& ties) {
   };
   for (const auto& found : found_) {
     for (const auto& [exit, entry] : found) {
-      const Turn turn = lastTurn(triangles[entry].cell);
-      if (turn + 1 >= ExteriorTree::never || tied(triangles[exit].cell, triangles[entry].cell, ties)) return false;
+      const Turn turn = lastTurn(cell_[entry]);
+      if (turn + 1 >= ExteriorWindows::never || tied(cell_[exit], cell_[entry], ties)) return false;
       ++put_off_;
-      put(triangles[exit].cell, static_cast<Turn>(turn + 1));
+      put(cell_[exit], static_cast<Turn>(turn + 1));
     }
   }
   for (std::size_t i = 0; i < raised_.size(); ++i) {  // grows on the way
@@ -195,17 +173,15 @@ bool GapTurns::putOffFound(const LayeredSort& layered, const Ties& ties) {
 
 bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, const Ties& ties,
                       const ExtraEdges& known) {
-  const auto& triangles = gaps_.tree().triangles();
   searched_ = put_off_ = 0;
   known_ = &known;
   wrong_.clear();
+  findOpen();
+  if (open_.empty() && gaps_.abutting().empty()) return true;
   // An exit with an earlier guess than the entry is farther on every ray, one whose cell comes later is right.
-  gaps_.tree().setTurns(
-      [&](std::uint32_t t) {
-        return gaps_.sign(t) < 0 && alone_[t] == 0 ? turn_[triangles[t].cell] : ExteriorTree::never;
-      },
-      [&](std::uint32_t t) { return guess_[t]; });
-  searchAll(viewpoint);
+  gaps_.windows().setTurns([&](std::uint32_t t) { return sign_[t] < 0 ? turn_[cell_[t]] : ExteriorWindows::never; },
+                           [&](std::uint32_t t) { return guess_[t]; });
+  searchOpen(viewpoint);
   const std::size_t most = most_searched * searched_ + few_searches;
   for (int round = 0; round < most_rounds && searched_ <= most; ++round) {
     addAbutting(viewpoint);
@@ -219,8 +195,8 @@ bool GapTurns::settle(const Viewpoint& viewpoint, const LayeredSort& layered, co
 }
 
 std::size_t GapTurns::bytes() const {
-  std::size_t bytes = alone_.capacity() + 2 * (guess_.capacity() + turn_.capacity()) +
-                      4 * (open_.capacity() + raised_.capacity()) + searches_.capacity() * sizeof(std::size_t);
+  std::size_t bytes = sign_.capacity() + 2 * (guess_.capacity() + turn_.capacity()) +
+                      4 * (cell_.capacity() + open_.capacity() + raised_.capacity());
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(Pair);
   return bytes;

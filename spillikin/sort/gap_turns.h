@@ -17,14 +17,13 @@ namespace spillikin::sort {
 // Instead of finding every pair of cells that lie behind one another across empty space, as GapEdges does, a guess is
 // proven. It gives every exit (an exterior triangle turned away from the viewpoint) and every entry (turned towards it)
 // a turn, such that an exit that lies before an entry on some ray has no earlier turn. A cell takes the turn of its
-// exits and of all cells behind it (LayeredSort). Exits and entries that face no other exterior triangle
-// (GapEdges::facesAny), as on the convex hull, are left out. Then:
+// exits and of all cells behind it (LayeredSort). Then:
 //
 // 1. An entry whose cell has an earlier turn than the entry itself comes before every exit in front of it: nothing is
 //    to be done. These are nearly all.
-// 2. For any other the tree of boxes is searched for exits in front of it, but only for those whose cells do not come
-//    later than its own. What the exact test confirms is put off to a later turn, with all cells before it, and the
-//    entries of the cells that were put off are looked at again.
+// 2. For any other, exits that may be in front of it are searched for by their windows, but only those whose cells do
+//    not come later than its own. What the exact test confirms is put off to a later turn, with all cells before it,
+//    and the entries of the cells that were put off are looked at again.
 //
 // The parts of a cell (PartedCells) each have a turn. As an exit the cell has that of what comes first of it, as an
 // entry the latest of them.
@@ -40,18 +39,18 @@ class GapTurns {
   GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& parted);
 
   // The first turn of every cell, whose parts the view knows. `guess(t, sign)` is that of exterior triangle t, whose
-  // nonzero sign is given: of an exit at least that of any entry behind it, below ExteriorTree::never / 2.
+  // nonzero sign is given: of an exit at least that of any entry behind it, below ExteriorWindows::never / 2.
   template <class Guess>
   void begin(const Guess& guess) {
     clear();
-    const auto& triangles = gaps_.tree().triangles();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, triangles.size(), 1024),
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, guess_.size(), grain),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (auto t = static_cast<std::uint32_t>(range.begin()); t < range.end(); ++t) {
                           const int s = gaps_.sign(t);
-                          const bool asked = s != 0 && alone_[t] == 0;
-                          guess_[t] = asked ? guess(t, s) : ExteriorTree::never;
-                          if (s < 0 && asked) raise(turn_[triangles[t].cell], guess_[t]);
+                          sign_[t] = static_cast<std::int8_t>(s);
+                          if (s == 0) continue;
+                          guess_[t] = guess(t, s);
+                          if (s < 0) raise(turn_[cell_[t]], guess_[t]);
                         }
                       });
   }
@@ -76,6 +75,7 @@ class GapTurns {
 
  private:
   using Pair = std::pair<std::uint32_t, std::uint32_t>;  // exit, entry: triangles
+  static constexpr std::size_t grain = 4096;             // triangles whose turns are worth a task
 
   void clear();
   Turn lastTurn(mesh::Id cell) const;
@@ -83,7 +83,7 @@ class GapTurns {
   bool knows(std::uint32_t exit, std::uint32_t entry) const;
   void search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
               std::vector<Pair>& found) const;
-  void searchAll(const Viewpoint& viewpoint);
+  void findOpen();
   void searchOpen(const Viewpoint& viewpoint);
   bool tied(mesh::Id exit, mesh::Id entry, const Ties& ties) const;
   void noteFound();
@@ -93,12 +93,12 @@ class GapTurns {
   const mesh::Mesh& mesh_;
   GapEdges& gaps_;
   const PartedCells& parted_;
-  std::vector<std::uint8_t> alone_;  // per exterior triangle: nonzero when it faces no other
-  std::vector<Turn> guess_;          // per exterior triangle
-  std::vector<Turn> turn_;           // per cell, and per sliver
+  std::vector<mesh::Id> cell_;     // per exterior triangle
+  std::vector<std::int8_t> sign_;  // per exterior triangle
+  std::vector<Turn> guess_;        // per exterior triangle that has a sign
+  std::vector<Turn> turn_;         // per cell, and per sliver
   std::vector<std::vector<Pair>> found_;
-  std::vector<std::size_t> searches_;  // per block of triangles
-  std::vector<std::uint32_t> open_;    // entries to look at again
+  std::vector<std::uint32_t> open_;    // entries to look at
   std::vector<mesh::Id> raised_;       // cells and slivers put off in a round
   const ExtraEdges* known_ = nullptr;  // while settling
   CellPairs wrong_;                    // found while settling

@@ -43,8 +43,8 @@ DepthBands::DepthBands(const Vec3& lower, const Vec3& upper, const Viewpoint& vi
   }
   if (viewpoint.w != 0.0) near = std::sqrt(dot(inside - v, inside - v));
   room_ = slack * std::max(largest, std::max(std::abs(near), std::abs(far_)));
-  const double depth = far_ - near;
-  scale_ = depth > 0.0 && std::isfinite(depth) ? (bands - 2) / depth : 0.0;
+  if (far_ > near && std::isfinite(far_ - near)) depth_ = far_ - near;
+  scale_ = depth_ > 0.0 ? (bands - 2) / depth_ : 0.0;
 }
 
 Turn DepthBands::band(double distance) const {

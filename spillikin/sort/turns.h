@@ -32,11 +32,17 @@ class DepthBands {
   Turn latest(const Triangle& triangle) const;
   Turn earliest(const Triangle& triangle) const;
 
+  // The largest distance, how much smaller the least one is, and what is left for rounding. No depth where they are
+  // too large for doubles.
+  double farthest() const { return far_; }
+  double depth() const { return depth_; }
+  double room() const { return room_; }
+
  private:
   Turn band(double distance) const;
 
   Viewpoint viewpoint_;
-  double far_ = 0.0, scale_ = 0.0, room_ = 0.0;
+  double far_ = 0.0, depth_ = 0.0, scale_ = 0.0, room_ = 0.0;
 };
 
 // The rows of FaceSigns that hold exterior triangles.

@@ -6,10 +6,10 @@ Xmpvo::Xmpvo(const mesh::Mesh& mesh, CurvedCells curved) : GapSorter(mesh, curve
 
 void Xmpvo::operator()(const Viewpoint& viewpoint, Order& order) {
   begin(viewpoint, order);
-  const DepthBands bands(gaps_.tree().lower(), gaps_.tree().upper(), viewpoint);
+  // Sixteen levels of depth are one turn.
+  const ExteriorWindows& windows = gaps_.windows();
   turns_.begin([&](std::uint32_t t, int sign) {
-    const Triangle corners = gaps_.tree().corners(t);
-    return sign < 0 ? bands.latest(corners) : bands.earliest(corners);
+    return static_cast<Turn>(1 + (sign < 0 ? windows.greatest(t) : windows.least(t)) / 16);
   });
   finish(viewpoint, order);
 }
