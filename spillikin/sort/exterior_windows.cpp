@@ -135,6 +135,16 @@ void ExteriorWindows::unite() {
   }
 }
 
+void ExteriorWindows::meeting(std::span<const WindowQuery> queries, std::vector<WindowPair>& out) const {
+  while (!queries.empty()) {
+    std::size_t count = 1;
+    while (count < queries.size() && queries[count].triangle / wide == queries[0].triangle / wide)
+      ++count;
+    searchWindows(nodes_.data(), tree_levels_.data(), tree_levels_.size(), queries.first(count), out);
+    queries = queries.subspan(count);
+  }
+}
+
 std::size_t ExteriorWindows::bytes() const {
   return nodes_.capacity() * sizeof(WindowNode) + corner_.capacity() * sizeof(corner_[0]) + 3 * x_.capacity() * 8 +
          2 * (point_lower_.capacity() + point_upper_.capacity() + least_.capacity() + greatest_.capacity());

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "spillikin/base/view.h"
@@ -50,10 +51,18 @@ void lookAtTriangles(const std::array<std::uint32_t, 3>* corner, const std::uint
                      std::uint16_t* greatest);
 // What lane j of a node holds: all of its child that has a turn.
 void uniteWindows(const WindowNode* children, std::size_t count, WindowNode& node);
-// Appends the triangles whose windows meet lane `lane` of node `of`, with a turn of at most `last` and a guess of at
-// least `first`.
-void searchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count, std::size_t of,
-                   std::size_t lane, Turn first, Turn last, std::vector<std::uint32_t>& out);
+// A triangle, and what is asked about it: others with a guess of at least `first` and a turn of at most `last`.
+struct WindowQuery {
+  std::uint32_t triangle;
+  Turn first, last;
+};
+struct WindowPair {
+  std::uint32_t found, by;  // triangles: what a query found, and whose query
+};
+// Appends the triangles whose windows meet those of the queries, which are of one node. The tree is gone through once,
+// for all of them together.
+void searchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count,
+                   std::span<const WindowQuery> queries, std::vector<WindowPair>& out);
 
 // For the triangles of an ExteriorTree, in its order and with its levels; both must outlive it. Two triangles that a
 // ray crosses have windows that meet. A triangle's window is that of its corners, widened for what a triangle on the
@@ -93,10 +102,9 @@ class ExteriorWindows {
   }
 
   // Appends to `out` the triangles that setTurns gave a turn of at most `last` and a guess of at least `first` and that
-  // a ray through triangle t may cross; leaves out only such that certainly none does.
-  void meeting(std::size_t t, Turn first, Turn last, std::vector<std::uint32_t>& out) const {
-    searchWindows(nodes_.data(), tree_levels_.data(), tree_levels_.size(), t / wide, t % wide, first, last, out);
-  }
+  // a ray through the triangle of a query may cross; leaves out only such that certainly none does. Queries of
+  // neighbours in sequence, at most WindowNode::wide of which share a node, are answered together.
+  void meeting(std::span<const WindowQuery> queries, std::vector<WindowPair>& out) const;
 
   std::size_t bytes() const;
 

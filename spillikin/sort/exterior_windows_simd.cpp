@@ -126,14 +126,16 @@ void UniteWindows(const WindowNode* children, std::size_t count, WindowNode& nod
 }
 
 struct Query {
-  std::array<std::uint16_t, 3> lower{}, upper{};
-  Turn first, last;
+  std::array<std::uint16_t, 3> lower{most, most, most}, upper{};
+  Turn first = most, last = 0;
 
-  Query(const WindowNode& of, std::size_t lane, Turn first_turn, Turn last_turn) : first(first_turn), last(last_turn) {
+  void add(const WindowNode& of, const WindowQuery& query) {
     for (std::size_t k = 0; k < 3; ++k) {
-      lower[k] = of.lower[k][lane];
-      upper[k] = of.upper[k][lane];
+      lower[k] = std::min(lower[k], of.lower[k][query.triangle % WindowNode::wide]);
+      upper[k] = std::max(upper[k], of.upper[k][query.triangle % WindowNode::wide]);
     }
+    first = std::min(first, query.first);
+    last = std::max(last, query.last);
   }
 
   unsigned meeting(const WindowNode& node) const {
@@ -254,12 +256,20 @@ void UniteWindows(const WindowNode* children, std::size_t count, WindowNode& nod
 struct Query {
   hn::Vec<Words> lower[3], upper[3], first, last;
 
-  Query(const WindowNode& of, std::size_t lane, Turn first_turn, Turn last_turn)
-      : first(hn::Set(Words(), first_turn)), last(hn::Set(Words(), last_turn)) {
+  Query() : first(hn::Set(Words(), most)), last(hn::Zero(Words())) {
     for (std::size_t k = 0; k < 3; ++k) {
-      lower[k] = hn::Set(Words(), of.lower[k][lane]);
-      upper[k] = hn::Set(Words(), of.upper[k][lane]);
+      lower[k] = first;
+      upper[k] = last;
     }
+  }
+  void add(const WindowNode& of, const WindowQuery& query) {
+    const Words d;
+    for (std::size_t k = 0; k < 3; ++k) {
+      lower[k] = hn::Min(lower[k], hn::Set(d, of.lower[k][query.triangle % WindowNode::wide]));
+      upper[k] = hn::Max(upper[k], hn::Set(d, of.upper[k][query.triangle % WindowNode::wide]));
+    }
+    first = hn::Min(first, hn::Set(d, query.first));
+    last = hn::Max(last, hn::Set(d, query.last));
   }
 
   // Bit j: lane j of the node meets the window and is in time.
@@ -280,10 +290,15 @@ struct Query {
 
 #endif
 
-void SearchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count, std::size_t of,
-                   std::size_t lane, Turn first, Turn last, std::vector<std::uint32_t>& out) {
+void SearchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count,
+                   std::span<const WindowQuery> queries, std::vector<WindowPair>& out) {
   if (level_count == 0) return;
-  const Query query(nodes[of], lane, first, last);
+  const WindowNode& of = nodes[queries.front().triangle / WindowNode::wide];
+  Query all, each[WindowNode::wide];
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    all.add(of, queries[i]);
+    each[i].add(of, queries[i]);
+  }
   struct Entry {
     std::uint32_t level, node;
   };
@@ -291,17 +306,21 @@ void SearchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t
   Entry stack[deepest * WindowNode::wide];
   std::size_t depth = 0;
   stack[depth++] = {static_cast<std::uint32_t>(level_count - 1), 0};
+  const auto forEach = [](unsigned bits, std::uint32_t node, auto&& f) {
+    for (; bits != 0; bits &= bits - 1)
+      f(static_cast<std::uint32_t>(WindowNode::wide) * node + static_cast<std::uint32_t>(__builtin_ctz(bits)));
+  };
   while (depth > 0) {
     const Entry entry = stack[--depth];
     const WindowNode& node = nodes[levels[entry.level].first + entry.node];
-    for (unsigned bits = query.meeting(node); bits != 0; bits &= bits - 1) {
-      const auto box =
-          static_cast<std::uint32_t>(WindowNode::wide) * entry.node + static_cast<std::uint32_t>(__builtin_ctz(bits));
-      if (entry.level == 0) {
-        out.push_back(box);
-      } else {
-        stack[depth++] = {entry.level - 1, box};
-      }
+    if (entry.level > 0) {
+      forEach(all.meeting(node), entry.node, [&](std::uint32_t box) { stack[depth++] = {entry.level - 1, box}; });
+      continue;
+    }
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      forEach(each[i].meeting(node), entry.node, [&](std::uint32_t found) {
+        out.push_back({found, queries[i].triangle});
+      });
     }
   }
 }
@@ -329,9 +348,9 @@ void lookAtTriangles(const std::array<std::uint32_t, 3>* corner, const std::uint
 void uniteWindows(const WindowNode* children, std::size_t count, WindowNode& node) {
   HWY_DYNAMIC_DISPATCH(UniteWindows)(children, count, node);
 }
-void searchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count, std::size_t of,
-                   std::size_t lane, Turn first, Turn last, std::vector<std::uint32_t>& out) {
-  HWY_DYNAMIC_DISPATCH(SearchWindows)(nodes, levels, level_count, of, lane, first, last, out);
+void searchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count,
+                   std::span<const WindowQuery> queries, std::vector<WindowPair>& out) {
+  HWY_DYNAMIC_DISPATCH(SearchWindows)(nodes, levels, level_count, queries, out);
 }
 }  // namespace spillikin::sort
 #endif

@@ -1,10 +1,10 @@
 #include "spillikin/sort/gap_edges.h"
 
-#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -15,6 +15,17 @@ namespace spillikin::sort {
 namespace {
 
 constexpr std::size_t block = 64;  // triangles searched by one task, whose edges are kept together
+// A normal is not relied on where its sides span less than this sine, so that it is wrong by less than 1e-9; a height
+// over its plane is then, and rounding included, by less than `clear` times the extent of the exterior.
+constexpr double least_sine = 1e-6, clear = 1e-8;
+
+// Zero where it is not relied on.
+Vec3 unitNormal(const Triangle& t) {
+  const Vec3 u = t[1] - t[0], v = t[2] - t[0];
+  const Vec3 n(u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x);
+  const auto length = [](const Vec3& a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); };
+  return length(n) > least_sine * length(u) * length(v) ? n / length(n) : Vec3(0.0);
+}
 
 }  // namespace
 
@@ -52,6 +63,11 @@ void GapEdges::index() {
   for (std::size_t c = 0; c < mesh_.cell_count(); ++c)
     first_of_[c + 1] += first_of_[c];
   found_.resize((triangles.size() + block - 1) / block);
+  const Vec3 size = tree_.upper() - tree_.lower();
+  clear_ = clear * std::sqrt(size.x * size.x + size.y * size.y + size.z * size.z);
+  normal_.reserve(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    normal_.push_back(unitNormal(tree_.corners(t)));
 }
 
 void GapEdges::pairNonmatching() {
@@ -130,9 +146,25 @@ bool GapEdges::facesAny(std::uint32_t t) const {
   });
 }
 
+// Does every corner of the other that is not one of this triangle lie well on the mesh's side of its plane? In double,
+// where most pairs are decided; a corner nearer to the plane than `clear_` is left to the exact predicates.
+bool GapEdges::clearlyWithin(std::uint32_t triangle, std::uint32_t other) const {
+  const auto& corner = tree_.triangles()[triangle].corner;
+  const Vec3 &n = normal_[triangle], &a = mesh_.points[corner[0]];
+  bool any = false;
+  for (const mesh::Id v : tree_.triangles()[other].corner) {
+    if (v == corner[0] || v == corner[1] || v == corner[2]) continue;
+    const Vec3 p = mesh_.points[v] - a;
+    if (!(n.x * p.x + n.y * p.y + n.z * p.z < -clear_)) return false;
+    any = true;
+  }
+  return any;
+}
+
 bool GapEdges::related(std::uint32_t exit, std::uint32_t entry, const Viewpoint& viewpoint) const {
   const bool one_face = oneFace(exit, entry);
   // First what is cheap and leaves out most: where rounding does not decide, later.
+  if (!one_face && (clearlyWithin(entry, exit) || clearlyWithin(exit, entry))) return false;
   Beside front = Beside::no, back = Beside::no;
   if (!one_face) {
     front = within(exit, entry, mesh::orient3dFiltered);
@@ -159,19 +191,21 @@ void GapEdges::findAll(const Viewpoint& viewpoint, std::span<const mesh::Id> gro
   windows_->setTurns(
       [&](std::uint32_t t) { return sign(t) < 0 && groupOf(t) != mesh::none ? turnOf(t) : ExteriorWindows::never; },
       turnOf);
-  tbb::enumerable_thread_specific<std::vector<std::uint32_t>> scratch;
   tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t b) {
+    thread_local std::vector<WindowQuery> queries;
+    thread_local std::vector<WindowPair> candidates;
     auto& found = found_[b];
-    auto& candidates = scratch.local();
     found.clear();
+    queries.clear();
+    candidates.clear();
     for (auto n = static_cast<std::uint32_t>(b * block); n < std::min(triangles.size(), (b + 1) * block); ++n) {
-      if (sign(n) <= 0 || groupOf(n) == mesh::none) continue;  // rays enter through those turned towards the viewpoint
-      candidates.clear();
-      windows_->meeting(n, turnOf(n), turnOf(n), candidates);
-      for (const std::uint32_t e : candidates) {
-        if (triangles[e].cell == triangles[n].cell || groupOf(e) != groupOf(n)) continue;
-        if (related(e, n, viewpoint)) found.emplace_back(triangles[n].cell, triangles[e].cell);
-      }
+      // Rays enter through those turned towards the viewpoint.
+      if (sign(n) > 0 && groupOf(n) != mesh::none) queries.push_back({n, turnOf(n), turnOf(n)});
+    }
+    windows_->meeting(queries, candidates);
+    for (const auto& [e, n] : candidates) {
+      if (triangles[e].cell == triangles[n].cell || groupOf(e) != groupOf(n)) continue;
+      if (related(e, n, viewpoint)) found.emplace_back(triangles[n].cell, triangles[e].cell);
     }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -207,8 +241,9 @@ void setEdges(const CellPairs& pairs, std::size_t cells, ExtraEdges& out) {
 }
 
 std::size_t GapEdges::bytes() const {
-  std::size_t bytes = tree_.bytes() + windows_->bytes() + row_.capacity() * sizeof(std::size_t) +
-                      4 * partner_.capacity() + 4 * (by_cell_.capacity() + first_of_.capacity());
+  std::size_t bytes = tree_.bytes() + windows_->bytes() + normal_.capacity() * sizeof(Vec3) +
+                      row_.capacity() * sizeof(std::size_t) + 4 * partner_.capacity() +
+                      4 * (by_cell_.capacity() + first_of_.capacity());
   for (const auto& found : found_)
     bytes += found.capacity() * sizeof(found[0]);
   return bytes;

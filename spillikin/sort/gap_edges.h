@@ -70,6 +70,7 @@ class GapEdges {
   template <class Orient>
   Beside within(std::uint32_t triangle, std::uint32_t other, const Orient& orient) const;
   bool turnedAway(std::uint32_t a, std::uint32_t b) const;
+  bool clearlyWithin(std::uint32_t triangle, std::uint32_t other) const;
   bool oneFace(std::uint32_t a, std::uint32_t b) const {
     return partner_[a] != mesh::none && partner_[a] == partner_[b];
   }
@@ -80,6 +81,8 @@ class GapEdges {
   std::optional<ExteriorWindows> windows_;  // once the tree is as it stays
   std::array<mesh::Id, 2> overlapping_;
   std::vector<std::size_t> row_;   // of FaceSigns, for each triangle of the tree
+  std::vector<Vec3> normal_;       // of each, outward, unit length; zero where rounding spoils it
+  double clear_ = 0.0;             // world units: no height over such a plane is wrong by as much
   std::vector<mesh::Id> partner_;  // a quadrilateral face that it is half of, or that it and another abut, or none
   std::vector<std::pair<std::uint32_t, std::uint32_t>> abutting_;
   std::vector<std::uint32_t> by_cell_;   // triangles by ascending cell

@@ -59,14 +59,18 @@ bool GapTurns::knows(std::uint32_t exit, std::uint32_t entry) const {
   return std::binary_search(after.begin(), after.end(), cell_[exit]);
 }
 
-void GapTurns::search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
+void GapTurns::search(std::span<const std::uint32_t> entries, const Viewpoint& viewpoint,
                       std::vector<Pair>& found) const {
-  const mesh::Id cell = cell_[entry];
-  const Turn last = lastTurn(cell);
-  scratch.clear();
-  gaps_.windows().meeting(entry, guess_[entry], last, scratch);
-  for (const std::uint32_t exit : scratch) {
-    if (cell_[exit] == cell || turn_[cell_[exit]] > last || knows(exit, entry)) continue;
+  thread_local std::vector<WindowQuery> queries;
+  thread_local std::vector<WindowPair> candidates;
+  queries.clear();
+  candidates.clear();
+  for (const std::uint32_t entry : entries)
+    queries.push_back({entry, guess_[entry], lastTurn(cell_[entry])});
+  gaps_.windows().meeting(queries, candidates);
+  for (const auto& [exit, entry] : candidates) {
+    // Turns may have grown since the windows got theirs.
+    if (cell_[exit] == cell_[entry] || turn_[cell_[exit]] > lastTurn(cell_[entry]) || knows(exit, entry)) continue;
     if (gaps_.related(exit, entry, viewpoint)) found.emplace_back(exit, entry);
   }
 }
@@ -85,9 +89,8 @@ void GapTurns::searchOpen(const Viewpoint& viewpoint) {
   for (auto& found : found_)
     found.clear();
   tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) {
-    thread_local std::vector<std::uint32_t> scratch;
-    for (std::size_t i = b * block; i < std::min(open_.size(), (b + 1) * block); ++i)
-      search(open_[i], viewpoint, scratch, found_[b]);
+    const std::size_t first = b * block, count = std::min(open_.size() - first, block);
+    search(std::span(open_).subspan(first, count), viewpoint, found_[b]);
   });
   searched_ += open_.size();
 }

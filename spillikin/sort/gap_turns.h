@@ -81,8 +81,7 @@ class GapTurns {
   Turn lastTurn(mesh::Id cell) const;
   bool open(std::uint32_t entry) const;
   bool knows(std::uint32_t exit, std::uint32_t entry) const;
-  void search(std::uint32_t entry, const Viewpoint& viewpoint, std::vector<std::uint32_t>& scratch,
-              std::vector<Pair>& found) const;
+  void search(std::span<const std::uint32_t> entries, const Viewpoint& viewpoint, std::vector<Pair>& found) const;
   void findOpen();
   void searchOpen(const Viewpoint& viewpoint);
   bool tied(mesh::Id exit, mesh::Id entry, const Ties& ties) const;
