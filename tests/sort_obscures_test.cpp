@@ -2,6 +2,7 @@
 // corners of both, solved in exact arithmetic for all pairs; and against rays through every cell.
 #include <gtest/gtest.h>
 
+#include <hwy/targets.h>
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -18,6 +19,7 @@
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/xmpvo.h"
 #include "tests/sort_oracle.h"
+#include "tests/sort_views.h"
 #include "tests/support/meshes.h"
 
 namespace spillikin::sort {
@@ -185,6 +187,75 @@ TEST(Obscures, TrianglesThatFaceNoneAreRelatedToNone) {
   }
   EXPECT_GT(alone, 20U);
   EXPECT_GT(related, 100U);
+}
+
+// A view of every kind, on vertices and in planes of faces too.
+std::vector<Viewpoint> allViews(const mesh::Mesh& mesh, std::uint64_t seed) {
+  std::vector<Viewpoint> views = viewpoints(mesh, seed);
+  const auto some = someViews(seed);
+  views.insert(views.end(), some.begin(), some.end());
+  views.emplace_back(1e-200, 2e-200, -1e-200, 0.0);
+  views.emplace_back(1e200, 0.0, 0.0, 1.0);
+  return views;
+}
+
+// Every pair of triangles that is related is found by the windows, with every instruction set, whatever their turns.
+TEST(ExteriorWindows, LeaveOutNoPairThatIsRelated) {
+  constexpr std::uint64_t seed = 57;
+  std::vector<Case> all = cases();
+  all.push_back({"far from the origin", moved(touching(), 1e-3, Vec3(1e4, -2e4, 3e4))});
+  all.push_back({"large", moved(pierced(18, seed), 1e120, Vec3(0.0))});
+  std::size_t related = 0, found = 0;
+  for (const Case& c : all) {
+    const mesh::Mesh mesh = mesh::build(c.source);
+    FaceSigns signs(mesh);
+    GapEdges gaps(mesh, signs);
+    const auto count = static_cast<std::uint32_t>(gaps.tree().triangles().size());
+    const auto cell = [&](std::uint32_t t) { return gaps.tree().triangles()[t].cell; };
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+      hwy::SetSupportedTargetsForTest(left & -left);
+      hwy::GetChosenTarget().DeInit();  // to be chosen again
+      for (const Viewpoint& v : allViews(mesh, seed)) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << c.what << ", viewpoint " << v.x << ' ' << v.y
+                                        << ' ' << v.z << ' ' << v.w);
+        signs(v);
+        ExteriorWindows& windows = gaps.windows();
+        windows.look(v);
+        windows.setTurns([&](std::uint32_t t) { return gaps.sign(t) < 0 ? Turn{5} : ExteriorWindows::never; },
+                         [](std::uint32_t) { return Turn{5}; });
+        std::vector<WindowQuery> queries;
+        for (std::uint32_t t = 0; t < count; ++t) {
+          if (gaps.sign(t) > 0) queries.push_back({t, 5, 5});
+        }
+        std::vector<WindowPair> pairs;
+        windows.meeting(queries, pairs);
+        found += pairs.size();
+        std::vector<std::uint8_t> is_found(std::size_t{count} * count);
+        for (const auto& [exit, entry] : pairs) {
+          ASSERT_LT(gaps.sign(exit), 0);
+          is_found[std::size_t{entry} * count + exit] = 1;
+        }
+        for (const WindowQuery& query : queries) {
+          for (std::uint32_t exit = 0; exit < count; ++exit) {
+            if (gaps.sign(exit) >= 0 || cell(exit) == cell(query.triangle)) continue;
+            if (!gaps.related(exit, query.triangle, v)) continue;
+            ++related;
+            ASSERT_EQ(is_found[std::size_t{query.triangle} * count + exit], 1) << exit << " before " << query.triangle;
+            ASSERT_GE(windows.greatest(exit), windows.least(query.triangle)) << exit << " before " << query.triangle;
+          }
+        }
+        for (auto& query : queries)
+          query.last = 4;
+        pairs.clear();
+        windows.meeting(queries, pairs);
+        ASSERT_TRUE(pairs.empty()) << "too late";
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().DeInit();
+  }
+  EXPECT_GT(related, 1000U);
+  EXPECT_LT(found, 20 * related);
 }
 
 TEST(Obscures, ConvexifiedIsExactWhereItFills) {

@@ -12,8 +12,6 @@
 namespace spillikin::sort {
 namespace {
 
-// In local units, where the mesh spans [-1, 1]: above the rounding of six float products and of the plane itself.
-constexpr float margin = 0x1p-17F;
 // Below this sine two directions are taken for parallel and span no plane.
 constexpr double least_sine = 1e-7;
 // Triangles at a plane or beyond, after which none found to meet proves nothing: large flat sides would ask for all
@@ -54,15 +52,8 @@ ExteriorTree::ExteriorTree(const mesh::Mesh& mesh, std::vector<ExteriorTriangle>
   measure();
   std::vector<std::pair<std::uint64_t, std::uint32_t>> codes;
   codes.reserve(triangles_.size());
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    const Triangle t = corners(i);
-    std::uint64_t code = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double middle = (t[0][k] - origin_[k] + (t[1][k] - origin_[k]) + (t[2][k] - origin_[k])) / 3.0 * scale_;
-      code |= spread3(static_cast<std::uint64_t>(std::clamp((middle + 1.0) * 0x1p20, 0.0, 0x1p21 - 1.0))) << k;
-    }
-    codes.emplace_back(code, static_cast<std::uint32_t>(i));
-  }
+  for (std::size_t i = 0; i < triangles_.size(); ++i)
+    codes.emplace_back(code(i), static_cast<std::uint32_t>(i));
   std::sort(codes.begin(), codes.end());
   std::vector<ExteriorTriangle> sorted;
   sorted.reserve(triangles_.size());
@@ -70,6 +61,25 @@ ExteriorTree::ExteriorTree(const mesh::Mesh& mesh, std::vector<ExteriorTriangle>
     sorted.push_back(triangles_[i]);
   triangles_.swap(sorted);
   build();
+}
+
+// Its place on a space-filling curve. After the first two levels of that come the six sides that a normal can point to,
+// so that neighbours are seen from the same side and an exit shares its node with few entries.
+std::uint64_t ExteriorTree::code(std::size_t triangle) const {
+  const Triangle t = corners(triangle);
+  std::uint64_t place = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double middle = (t[0][k] - origin_[k] + (t[1][k] - origin_[k]) + (t[2][k] - origin_[k])) / 3.0 * scale_;
+    place |= spread3(static_cast<std::uint64_t>(std::clamp((middle + 1.0) * 0x1p20, 0.0, 0x1p21 - 1.0))) << k;
+  }
+  const Vec3 n = cross(t[1] - t[0], t[2] - t[0]);
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    axis = std::abs(n[k]) > std::abs(n[axis]) ? k : axis;
+  const auto side = static_cast<std::uint64_t>(2 * axis + (n[axis] > 0.0 ? 1 : 0));
+  constexpr unsigned first = 6, all = 63, bits = 3;
+  const std::uint64_t coarse = place >> (all - first), fine = place & ((std::uint64_t{1} << (all - first)) - 1);
+  return (coarse << (all - first)) | (side << (all - first - bits)) | (fine >> bits);
 }
 
 // The box of all and what makes it local.
@@ -146,36 +156,38 @@ void ExteriorTree::build() {
   }
 }
 
+TreePlane ExteriorTree::plane(std::size_t triangle) const {
+  const Triangle p = corners(triangle);
+  const Vec3 n = spanned(p[1] - p[0], p[2] - p[0]);
+  return {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z),
+          static_cast<float>(dot(n, p[0] - origin_) * scale_)};
+}
+
 bool ExteriorTree::anyBeyond(std::size_t t, const std::function<bool(std::uint32_t)>& meets) const {
   const Triangle p = corners(t);
-  const Vec3 n = spanned(p[1] - p[0], p[2] - p[0]);
-  if (n == Vec3(0.0)) return true;  // a sliver: rather searched for in vain
-  for (int k = 0; k < 3; ++k) {     // flat sides, as of blocks
-    const double side = n[k] > 0.0 ? upper_[k] : lower_[k];
+  const TreePlane n = plane(t);
+  if (n.x == 0.0F && n.y == 0.0F && n.z == 0.0F) return true;  // a sliver: rather searched for in vain
+  for (int k = 0; k < 3; ++k) {                                // flat sides, as of blocks
+    const double side = (k == 0 ? n.x : k == 1 ? n.y : n.z) > 0.0F ? upper_[k] : lower_[k];
     if (p[0][k] == side && p[1][k] == side && p[2][k] == side) return false;
   }
   std::size_t left = most_asked;
-  const auto offset = static_cast<float>(dot(n, p[0] - origin_) * scale_);
-  const float x = static_cast<float>(n.x), y = static_cast<float>(n.y), z = static_cast<float>(n.z);
   // Depth first, the box that reaches farthest last, so that it is opened first.
   std::vector<std::pair<std::size_t, std::size_t>> stack{{levels_.size() - 1, 0}};
   while (!stack.empty()) {
     const auto [level, node] = stack.back();
     stack.pop_back();
-    const Node& boxes = nodes_[levels_[level].first + node];
     float farthest = -std::numeric_limits<float>::infinity();
-    for (std::size_t j = 0; j < std::min(wide, levels_[level].count - wide * node); ++j) {
-      const float top = x * boxes.cx[j] + y * boxes.cy[j] + z * boxes.cz[j] + std::abs(x) * boxes.hx[j] +
-                        std::abs(y) * boxes.hy[j] + std::abs(z) * boxes.hz[j] - offset;
-      if (top <= -margin) continue;
-      const std::size_t box = wide * node + j;
+    for (std::size_t box = wide * node; box < std::min(levels_[level].count, wide * (node + 1)); ++box) {
+      const float height = top(level, box, n);
+      if (height <= -margin) continue;
       if (level == 0) {
         if (left-- == 0 || meets(static_cast<std::uint32_t>(box))) return true;
         continue;
       }
       stack.emplace_back(level - 1, box);
-      if (top > farthest) {
-        farthest = top;
+      if (height > farthest) {
+        farthest = height;
       } else {
         std::swap(stack.back(), stack[stack.size() - 2]);
       }

@@ -19,8 +19,8 @@ double dot(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-ExteriorWindows::ExteriorWindows(const mesh::Mesh& mesh, const ExteriorTree& tree)
-    : lower_(tree.lower()), upper_(tree.upper()), tree_levels_(tree.levels()) {
+ExteriorWindows::ExteriorWindows(const mesh::Mesh& mesh, const ExteriorTree& tree, const FacingNodes::MayFace& mayFace)
+    : lower_(tree.lower()), upper_(tree.upper()), tree_levels_(tree.levels()), facing_(tree, mayFace) {
   const std::size_t count = tree.triangles().size();
   std::vector<std::uint32_t> place(mesh.points.size(), mesh::none);
   const std::size_t padded = (count + wide - 1) / wide * wide;
@@ -140,13 +140,15 @@ void ExteriorWindows::meeting(std::span<const WindowQuery> queries, std::vector<
     std::size_t count = 1;
     while (count < queries.size() && queries[count].triangle / wide == queries[0].triangle / wide)
       ++count;
-    searchWindows(nodes_.data(), tree_levels_.data(), tree_levels_.size(), queries.first(count), out);
+    searchWindows(nodes_.data(), tree_levels_.data(), tree_levels_.size(), facing_.of(queries[0].triangle / wide),
+                  queries.first(count), out);
     queries = queries.subspan(count);
   }
 }
 
 std::size_t ExteriorWindows::bytes() const {
-  return nodes_.capacity() * sizeof(WindowNode) + corner_.capacity() * sizeof(corner_[0]) + 3 * x_.capacity() * 8 +
+  return facing_.bytes() + nodes_.capacity() * sizeof(WindowNode) + corner_.capacity() * sizeof(corner_[0]) +
+         3 * x_.capacity() * 8 +
          2 * (point_lower_.capacity() + point_upper_.capacity() + least_.capacity() + greatest_.capacity());
 }
 

@@ -14,6 +14,7 @@
 
 #include "spillikin/base/view.h"
 #include "spillikin/sort/exterior_tree.h"
+#include "spillikin/sort/facing_nodes.h"
 #include "spillikin/sort/turns.h"
 
 namespace spillikin::sort {
@@ -60,16 +61,16 @@ struct WindowPair {
   std::uint32_t found, by;  // triangles: what a query found, and whose query
 };
 // Appends the triangles whose windows meet those of the queries, which are of one node. The tree is gone through once,
-// for all of them together.
+// for all of them together. `facing`, which may be null: that node's bytes (facing_nodes.h).
 void searchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count,
-                   std::span<const WindowQuery> queries, std::vector<WindowPair>& out);
+                   const std::uint8_t* facing, std::span<const WindowQuery> queries, std::vector<WindowPair>& out);
 
 // For the triangles of an ExteriorTree, in its order and with its levels; both must outlive it. Two triangles that a
 // ray crosses have windows that meet. A triangle's window is that of its corners, widened for what a triangle on the
 // sphere rises above its chords: unit vectors no farther than L apart have no mean shorter than sqrt(1 - L^2 / 3).
 class ExteriorWindows {
  public:
-  ExteriorWindows(const mesh::Mesh& mesh, const ExteriorTree& tree);
+  ExteriorWindows(const mesh::Mesh& mesh, const ExteriorTree& tree, const FacingNodes::MayFace& mayFace);
 
   // For this viewpoint from now on; does nothing where it was so already. Linear, on all cores: some 10 ns a triangle.
   void look(const Viewpoint& viewpoint);
@@ -102,7 +103,8 @@ class ExteriorWindows {
   }
 
   // Appends to `out` the triangles that setTurns gave a turn of at most `last` and a guess of at least `first` and that
-  // a ray through the triangle of a query may cross; leaves out only such that certainly none does. Queries of
+  // a ray through the triangle of a query may cross; leaves out only such that certainly none does, or that certainly
+  // do not face it. Queries of
   // neighbours in sequence, at most WindowNode::wide of which share a node, are answered together.
   void meeting(std::span<const WindowQuery> queries, std::vector<WindowPair>& out) const;
 
@@ -122,6 +124,7 @@ class ExteriorWindows {
   std::vector<double> x_, y_, z_;                     // of the points
   std::vector<std::uint16_t> point_lower_, point_upper_;
   std::vector<WindowNode> nodes_;
+  FacingNodes facing_;
   std::vector<std::uint16_t> least_, greatest_;
   WindowFrame frame_;
   Viewpoint viewpoint_{std::numeric_limits<double>::quiet_NaN()};

@@ -291,7 +291,7 @@ struct Query {
 #endif
 
 void SearchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count,
-                   std::span<const WindowQuery> queries, std::vector<WindowPair>& out) {
+                   const std::uint8_t* facing, std::span<const WindowQuery> queries, std::vector<WindowPair>& out) {
   if (level_count == 0) return;
   const WindowNode& of = nodes[queries.front().triangle / WindowNode::wide];
   Query all, each[WindowNode::wide];
@@ -312,9 +312,13 @@ void SearchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t
   };
   while (depth > 0) {
     const Entry entry = stack[--depth];
-    const WindowNode& node = nodes[levels[entry.level].first + entry.node];
+    const std::size_t at = levels[entry.level].first + entry.node;
+    const WindowNode& node = nodes[at];
     if (entry.level > 0) {
-      forEach(all.meeting(node), entry.node, [&](std::uint32_t box) { stack[depth++] = {entry.level - 1, box}; });
+      const unsigned wanted = facing == nullptr ? 0xFFU : facing[at - levels[1].first];
+      forEach(all.meeting(node) & wanted, entry.node, [&](std::uint32_t box) {
+        stack[depth++] = {entry.level - 1, box};
+      });
       continue;
     }
     for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -349,8 +353,8 @@ void uniteWindows(const WindowNode* children, std::size_t count, WindowNode& nod
   HWY_DYNAMIC_DISPATCH(UniteWindows)(children, count, node);
 }
 void searchWindows(const WindowNode* nodes, const TreeLevel* levels, std::size_t level_count,
-                   std::span<const WindowQuery> queries, std::vector<WindowPair>& out) {
-  HWY_DYNAMIC_DISPATCH(SearchWindows)(nodes, levels, level_count, queries, out);
+                   const std::uint8_t* facing, std::span<const WindowQuery> queries, std::vector<WindowPair>& out) {
+  HWY_DYNAMIC_DISPATCH(SearchWindows)(nodes, levels, level_count, facing, queries, out);
 }
 }  // namespace spillikin::sort
 #endif

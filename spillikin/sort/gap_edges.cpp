@@ -35,7 +35,7 @@ GapEdges::GapEdges(const mesh::Mesh& mesh, const FaceSigns& signs, Exterior exte
   overlapping_ = findOverlapping();
   if (exterior == Exterior::facing) keepFacing();
   index();
-  windows_.emplace(mesh, tree_);
+  windows_.emplace(mesh, tree_, [this](std::uint32_t a, std::uint32_t b) { return mayFace(a, b); });
 }
 
 void GapEdges::keepFacing() {
@@ -144,6 +144,12 @@ bool GapEdges::facesAny(std::uint32_t t) const {
   return tree_.anyBeyond(t, [&](std::uint32_t other) {
     return tree_.triangles()[other].cell != tree_.triangles()[t].cell && (oneFace(t, other) || !turnedAway(t, other));
   });
+}
+
+// The same of two triangles; true as well where a corner lies too near to a plane to be told of cheaply.
+bool GapEdges::mayFace(std::uint32_t a, std::uint32_t b) const {
+  if (tree_.triangles()[a].cell == tree_.triangles()[b].cell) return false;
+  return oneFace(a, b) || (!clearlyWithin(a, b) && !clearlyWithin(b, a));
 }
 
 // Does every corner of the other that is not one of this triangle lie well on the mesh's side of its plane? In double,

@@ -70,6 +70,7 @@ class GapEdges {
   template <class Orient>
   Beside within(std::uint32_t triangle, std::uint32_t other, const Orient& orient) const;
   bool turnedAway(std::uint32_t a, std::uint32_t b) const;
+  bool mayFace(std::uint32_t a, std::uint32_t b) const;
   bool clearlyWithin(std::uint32_t triangle, std::uint32_t other) const;
   bool oneFace(std::uint32_t a, std::uint32_t b) const {
     return partner_[a] != mesh::none && partner_[a] == partner_[b];
