@@ -16,6 +16,7 @@
 #include "spillikin/sort/cycle_cutter.h"
 #include "spillikin/sort/gap_sorter.h"
 #include "spillikin/sort/gap_turns.h"
+#include "spillikin/sort/merged_filling.h"
 #include "spillikin/sort/sort.h"
 #include "spillikin/sort/xmpvo.h"
 #include "tests/sort_oracle.h"
@@ -291,6 +292,46 @@ mesh::Source mirrored(mesh::Source source, double size) {
   for (Vec3& p : source.points)
     p.y = size - p.y;
   return source;
+}
+
+// Cells of the upper part of a mesh as if they filled the outside of the rest.
+TEST(MergedFilling, IsOfConvexCellsThatFillTheSame) {
+  constexpr std::uint64_t seed = 71;
+  for (const auto& source : {tests::delaunayCube(60, seed), tests::tetrahedronGrid(3, 0.0, seed)}) {
+    const mesh::Mesh whole = mesh::build(source);
+    const std::size_t first = whole.cell_count() / 4;
+    const auto merged = mergeFilling(whole, first);
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << whole.cell_count() << " cells");
+    EXPECT_LT(merged->cell_count(), whole.cell_count());
+    EXPECT_LT(merged->face_count(), whole.face_count());
+    mesh::Surface surface;
+    const auto volumeOf = [&](const mesh::Mesh& mesh, mesh::Id c) {
+      mesh::surface(mesh, c, surface);
+      double volume = 0.0;
+      for (const auto& t : surface.triangles)
+        volume += glm::dot(mesh.points[t[0]], glm::cross(mesh.points[t[1]], mesh.points[t[2]])) / 6.0;
+      return volume;
+    };
+    double volume = 0.0, volume_before = 0.0;
+    for (mesh::Id c = 0; c < whole.cell_count(); ++c)
+      volume_before += volumeOf(whole, c);
+    for (mesh::Id c = 0; c < merged->cell_count(); ++c) {
+      volume += volumeOf(*merged, c);
+      for (const auto& t : surface.triangles) {
+        for (const mesh::Id v : merged->vertices(c)) {
+          ASSERT_LE(mesh::orient3d(merged->points[t[0]], merged->points[t[1]], merged->points[t[2]], merged->points[v]),
+                    0)
+              << "cell " << c;
+        }
+      }
+    }
+    EXPECT_NEAR(volume, volume_before, 1e-12 * volume_before);
+    EXPECT_EQ(exteriorTriangles(*merged).size(), exteriorTriangles(whole).size());
+    for (mesh::Id c = 0; c < first; ++c) {
+      EXPECT_TRUE(std::ranges::equal(merged->vertices(c), whole.vertices(c)));
+      EXPECT_EQ(merged->faces(c).size(), 4U);
+    }
+  }
 }
 
 TEST(Obscures, ConvexifiedHoldsBoundariesThatTouch) {

@@ -5,6 +5,7 @@
 
 #include "spillikin/base/error.h"
 #include "spillikin/mesh/build.h"
+#include "spillikin/sort/merged_filling.h"
 #include "spillikin/sort/split_exterior.h"
 #include "spillikin/sort/tetgen_filling.h"
 
@@ -42,6 +43,8 @@ Convexified::Convexified(const mesh::Mesh& mesh) : cells_(mesh.cell_count()) {
   filled_ = fill(std::move(solid), filling);
   Convexity filled = convexity(*filled_, exteriorTriangles(*filled_));
   if (!filled.convex) refuse(mesh, "what TetGen made is not convex (" + filled.why + ")");
+  // A mesh of tetrahedra alone is sorted by a byte a cell: what larger cells save is less than that.
+  if (!filled_->tetrahedral()) filled_ = mergeFilling(*filled_, cells_);
   mpvo_ = std::make_unique<Mpvo>(*filled_, std::move(filled));
 }
 

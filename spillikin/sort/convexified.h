@@ -10,10 +10,10 @@
 namespace spillikin::sort {
 
 // Max, Williams, Silva 2000, section III, "a final approach": the space between the mesh and its convex hull, holes and
-// cavities too, is filled once with tetrahedra (tetgen_filling.h) that are sorted and never listed. Exact: the filled
-// mesh is convex, which is checked. Cost of a view: O(n + e), e filling cells. Keeps a copy of the mesh with them, in
-// which cells with exterior quadrilaterals are polyhedra with triangles there (split_exterior.h), for the filling to
-// match.
+// cavities too, is filled once with tetrahedra (tetgen_filling.h) that are sorted and never listed; beside cells of
+// other kinds they are joined to larger convex ones (merged_filling.h). Exact: the filled mesh is convex, which is
+// checked. Cost of a view: O(n + e), e filling cells. Keeps a copy of the mesh with them, in which cells with exterior
+// quadrilaterals are polyhedra with triangles there (split_exterior.h), for the filling to match.
 //
 // Throws Error where no filling is found; the message says why.
 class Convexified final : public Sorter {
