@@ -147,6 +147,8 @@ TEST(Obscures, TurnsAreMadeRightFromAnyGuess) {
     for (const Viewpoint& v : {views[0], views[2]}) {
       SCOPED_TRACE(testing::Message() << c.what << ", viewpoint " << v.x << ' ' << v.y << ' ' << v.z << ' ' << v.w);
       signs(v);
+      gaps.windows().look(v);
+      turns.readSigns();
       turns.begin([](std::uint32_t, int) { return Turn{7}; });
       ASSERT_TRUE(layered(signs, order, nullptr, turns.data()));
       if (!turns.settle(v, layered, {}, {})) continue;  // long chains of put off cells

@@ -31,6 +31,7 @@ void GapSorter::begin(const Viewpoint& viewpoint, Order& order) {
   problems_.begin(order);
   if (!problems_.subdivides()) parted_.part();
   gaps_.windows().look(viewpoint);
+  turns_.readSigns();
 }
 
 void GapSorter::finish(const Viewpoint& viewpoint, Order& order) {

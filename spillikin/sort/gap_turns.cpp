@@ -8,7 +8,7 @@ namespace {
 // Searches after which more rounds cost more than edges do: so many times those of the first round, and some for small
 // meshes. Large cycles that lead through gaps are looked at again in every round.
 constexpr std::size_t most_searched = 3, few_searches = 1000;
-constexpr std::size_t block = 128;  // triangles searched by one task, whose pairs are kept together
+constexpr std::size_t block = 512;  // triangles searched by one task, whose pairs are kept together
 
 }  // namespace
 
@@ -22,6 +22,14 @@ GapTurns::GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& pa
   cell_.reserve(sign_.size());
   for (const ExteriorTriangle& t : gaps.tree().triangles())
     cell_.push_back(t.cell);
+}
+
+void GapTurns::readSigns() {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sign_.size(), grain),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (auto t = static_cast<std::uint32_t>(range.begin()); t < range.end(); ++t)
+                        sign_[t] = static_cast<std::int8_t>(gaps_.sign(t));
+                    });
 }
 
 void GapTurns::clear() {

@@ -38,6 +38,10 @@ class GapTurns {
 
   GapTurns(const mesh::Mesh& mesh, GapEdges& gaps, const PartedCells& parted);
 
+  // Reads the signs of the view; first of all. On which side of each exterior triangle the viewpoint is.
+  void readSigns();
+  int sign(std::uint32_t t) const { return sign_[t]; }
+
   // The first turn of every cell, whose parts the view knows. `guess(t, sign)` is that of exterior triangle t, whose
   // nonzero sign is given: of an exit at least that of any entry behind it, below ExteriorWindows::never / 2.
   template <class Guess>
@@ -46,8 +50,7 @@ class GapTurns {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, guess_.size(), grain),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (auto t = static_cast<std::uint32_t>(range.begin()); t < range.end(); ++t) {
-                          const int s = gaps_.sign(t);
-                          sign_[t] = static_cast<std::int8_t>(s);
+                          const int s = sign_[t];
                           if (s == 0) continue;
                           guess_[t] = guess(t, s);
                           if (s < 0) raise(turn_[cell_[t]], guess_[t]);
