@@ -5,7 +5,7 @@
 namespace spillikin::sort {
 namespace {
 
-constexpr std::size_t slabs = 64, places = 256;  // of depth, and of the tree's list within each
+constexpr std::size_t slabs = 256, places = 16;  // of depth, and of the tree's list within each
 static_assert(slabs * places < ExteriorWindows::never / 2);
 
 }  // namespace
