@@ -9,6 +9,8 @@
 #include <limits>
 #include <random>
 
+#include <oneapi/tbb/global_control.h>
+
 #include "spillikin/base/error.h"
 #include "spillikin/mesh/build.h"
 #include "spillikin/sort/bsp_xmpvo.h"
@@ -294,6 +296,28 @@ mesh::Source mirrored(mesh::Source source, double size) {
   for (Vec3& p : source.points)
     p.y = size - p.y;
   return source;
+}
+
+TEST(Xmpvo, IsTheSameOnAnyNumberOfThreads) {
+  for (const auto& source : {tests::shell(20), tests::interlockedTori(8), tests::twistedRing(30, 0.5)}) {
+    const mesh::Mesh mesh = mesh::build(source);
+    for (const Algorithm a : {Algorithm::xmpvo, Algorithm::bsp_xmpvo}) {
+      std::vector<Order> one(3), many(3);
+      const std::vector<Viewpoint> views = someViews(83);
+      const auto sortAll = [&](std::vector<Order>& orders) {
+        const auto sorter = makeSorter(a, mesh);
+        for (std::size_t k = 0; k < orders.size(); ++k)
+          (*sorter)(views[k], orders[k]);
+      };
+      {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        sortAll(one);
+      }
+      sortAll(many);
+      for (std::size_t k = 0; k < one.size(); ++k)
+        EXPECT_EQ(one[k].cells, many[k].cells) << name(a) << ", view " << k;
+    }
+  }
 }
 
 // Cells of the upper part of a mesh as if they filled the outside of the rest.

@@ -1,10 +1,6 @@
 // The exterior triangles of a mesh in a tree of boxes, and what lies near one of them.
 #pragma once
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

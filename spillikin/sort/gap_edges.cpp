@@ -1,5 +1,6 @@
 #include "spillikin/sort/gap_edges.h"
 
+#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>

@@ -1,6 +1,9 @@
 // Turns that are right across empty space: those that a first guess gave are proven or put off.
 #pragma once
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
