@@ -31,14 +31,14 @@ struct Frame {
   const project::Camera& camera;
   const sort::Order& order;
   Integration integration = Integration::exact;
-  bool order_matters = true;  // false where any order gives the same picture
-  // The colour at the largest scalar on the ray, opaque, in place of the integral (integrate::Optics::mip; the other
-  // optical models are looks of the integral).
-  bool peaks = false;
   // Which of the inputs are the very same as in the call before, so that what was made of them may be kept.
   bool same_mesh = false;
   bool same_field = false;
   bool same_transfer_function = false;
+  bool order_matters = true;  // false where any order gives the same picture
+  // The colour at the largest scalar on the ray, opaque, in place of the integral (integrate::Optics::mip; the other
+  // optical models are looks of the integral).
+  bool peaks = false;
 };
 
 struct FrameStats {

@@ -419,11 +419,11 @@ void Session::draw(Image& image) {
                                .camera = *s.camera,
                                .order = sorted.order,
                                .integration = s.engine.integration,
-                               .order_matters = look.order_matters,
-                               .peaks = look.peaks,
                                .same_mesh = s.drew_mesh,
                                .same_field = s.drew_field,
-                               .same_transfer_function = s.drew_transfer_function};
+                               .same_transfer_function = s.drew_transfer_function,
+                               .order_matters = look.order_matters,
+                               .peaks = look.peaks};
   s.sortAndPrepare(road, frame);
   if (!look.order_matters) {
     s.stats.sort.exact = true;
