@@ -13,6 +13,7 @@
 #include "spillikin/sort/newell.h"
 #include "spillikin/sort/newell_facets.h"
 #include "spillikin/sort/newell_pairs.h"
+#include "spillikin/sort/newell_spheres.h"
 #include "spillikin/sort/newell_windows.h"
 #include "tests/sort_oracle.h"
 #include "tests/sort_orders.h"
@@ -33,6 +34,22 @@ struct Case {
   mesh::Mesh mesh;
 };
 
+// Tetrahedra that touch nothing.
+mesh::Source scattered(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const auto point = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  mesh::Source all;
+  for (int i = 0; i < 10; ++i) {
+    const mesh::Source one = tests::oneCell(
+        mesh::vtk_cell::tetra,
+        {point(), point() + Vec3(2.0, 0.0, 0.0), point() + Vec3(0.0, 2.0, 0.0), point() + Vec3(0.0, 0.0, 2.0)});
+    const mesh::Source placed = stretched(one, Vec3(0.04 + 0.04 * uniform(random)), point());
+    all = i == 0 ? placed : tests::join(all, placed);
+  }
+  return all;
+}
+
 // Convex cells: large beside small, flat, long, of several kinds, with vertices at one place and many in one plane.
 std::vector<Case> cases(std::uint64_t seed) {
   const mesh::Source cube = tests::delaunayCube(9, seed);
@@ -47,6 +64,7 @@ std::vector<Case> cases(std::uint64_t seed) {
                                          stretched(tests::tetrahedronGrid(1), Vec3(0.01), Vec3(1.0, 0.3, 0.4))))});
   all.push_back(
       {"wedge and tetrahedra", mesh::build(tests::join(wedge, stretched(cube, Vec3(0.5), Vec3(1.1, 0.3, 0.2))))});
+  all.push_back({"scattered", mesh::build(scattered(seed))});
   return all;
 }
 
@@ -68,16 +86,18 @@ std::vector<Viewpoint> plainViews(const mesh::Mesh& mesh, std::uint64_t seed) {
 }
 
 TEST(Newell, TestsOfPairsAgreeWithLinearPrograms) {
-  std::size_t hidden = 0, clear = 0;
+  std::size_t hidden = 0, clear = 0, parted = 0;
   for (const std::uint64_t seed : {1U, 2U}) {
     for (const Case& c : cases(seed)) {
       NewellPairs pairs(c.mesh);
       NewellWindows windows(c.mesh);
+      NewellSpheres spheres(c.mesh);
       std::vector<std::uint8_t> offered;
       for (const Viewpoint& v : plainViews(c.mesh, seed)) {
         SCOPED_TRACE(testing::Message() << c.what << ", seed " << seed << ", viewpoint " << v.x << ' ' << v.y << ' '
                                         << v.z << ' ' << v.w);
         pairs.begin(v);
+        spheres.begin(v);
         windows(v);
         for (mesh::Id a = 0; a < c.mesh.cell_count(); ++a) {
           offered.assign(c.mesh.cell_count(), 0);
@@ -91,10 +111,12 @@ TEST(Newell, TestsOfPairsAgreeWithLinearPrograms) {
             if (hides) {
               ASSERT_TRUE(pairs.hides(a, b)) << a << " hides " << b << " by " << by;
               ASSERT_TRUE(offered[b] != 0) << a << " hides " << b << " but is not offered it";
+              ASSERT_FALSE(spheres.apart(a, b)) << a << " hides " << b << " but their spheres are apart";
             } else if (by <= 0.0) {
               ASSERT_FALSE(pairs.hides(a, b)) << a << " does not hide " << b;
             }
             ++(hides ? hidden : clear);
+            parted += spheres.apart(a, b) ? 1 : 0;
           }
         }
       }
@@ -102,6 +124,7 @@ TEST(Newell, TestsOfPairsAgreeWithLinearPrograms) {
   }
   EXPECT_GT(hidden, 1000U);
   EXPECT_GT(clear, 10000U);
+  EXPECT_GT(parted, 1000U);
 }
 
 TEST(Newell, CertainSidesAreThoseOfThePredicate) {

@@ -10,6 +10,7 @@ Newell::Newell(const mesh::Mesh& mesh)
     : matched_(withMatchedDiagonals(mesh)),
       mesh_(matched_ ? *matched_ : mesh),
       windows_(mesh_),
+      spheres_(mesh_),
       pairs_(mesh_),
       moved_(mesh_.cell_count()),
       lowest_(mesh_.cell_count()),
@@ -23,6 +24,7 @@ void Newell::operator()(const Viewpoint& viewpoint, Order& order) {
   order.problems = {};
   order.exact = exact();
   windows_(viewpoint);
+  spheres_.begin(viewpoint);
   pairs_.begin(viewpoint);
   std::fill(moved_.begin(), moved_.end(), 0U);
   moves_ = 0;
@@ -46,7 +48,7 @@ mesh::Id Newell::nextHidden(NewellWindows::Search& search) {
   for (mesh::Id b = windows_.next(search); b != mesh::none; b = windows_.next(search)) {
     if (moved_[b] != 0 && moved_[b] >= lowest_[a]) continue;  // nothing new
     ++pairs_tested_;
-    if (!pairs_.hides(a, b)) continue;
+    if (spheres_.apart(a, b) || !pairs_.hides(a, b)) continue;
     if (moved_[b] == 0) return b;
     lowest_[a] = moved_[b];
   }
@@ -98,7 +100,7 @@ std::string Newell::why() const {
 }
 
 std::size_t Newell::bytes() const {
-  return (matched_ ? sort::bytes(*matched_) : 0) + windows_.bytes() + pairs_.bytes() +
+  return (matched_ ? sort::bytes(*matched_) : 0) + windows_.bytes() + spheres_.bytes() + pairs_.bytes() +
          4 * (moved_.capacity() + lowest_.capacity() + waiting_.capacity()) + head_.capacity() * sizeof(head_[0]) +
          xmpvo_.bytes();
 }
