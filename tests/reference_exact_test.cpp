@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <glm/geometric.hpp>
 #include <random>
 
 #include "spillikin/reference/exact.h"
@@ -22,14 +23,24 @@ int sign(const Gmpq& q) {
   return q > 0 ? 1 : q < 0 ? -1 : 0;
 }
 
+// What a step of the line along a vector moves a point by in the plane of the shear.
+Gmpq shearedStep(const Line& line, const Vec3& step, int axis) {
+  return Gmpq(step[axis]) - Gmpq(step[line.k]) * Gmpq(line.d[axis]) / Gmpq(line.d[line.k]);
+}
+
 // The sign for an infinitely small positive e, by the definition.
 int trueSide(const Line& line, const Vec3& p, const Vec3& q, Gmpq& value) {
   const Gmpq xp = sheared(line, p, line.i), yp = sheared(line, p, line.j), xq = sheared(line, q, line.i),
              yq = sheared(line, q, line.j);
   value = xp * yq - xq * yp;
   if (sign(value) != 0) return sign(value);
-  if (sign(yq - yp) != 0) return -sign(yq - yp);
-  return sign(xq - xp);
+  for (const Vec3& step : {line.first, line.second}) {
+    // (x_p - e u)(y_q - e v) - (x_q - e u)(y_p - e v) = value + e (v (x_q - x_p) - u (y_q - y_p)).
+    const Gmpq u = shearedStep(line, step, line.i), v = shearedStep(line, step, line.j);
+    const Gmpq moved = v * (xq - xp) - u * (yq - yp);
+    if (sign(moved) != 0) return sign(moved);
+  }
+  return 0;
 }
 
 void expectTrueSide(const Line& line, const Vec3& p, const Vec3& q) {
@@ -73,8 +84,10 @@ TEST(ReferenceExact, SmallIntegersAreFullOfZeros) {
   for (int n = 0; n < 5000; ++n) {
     Vec3 d = point();
     if (d == Vec3(0.0)) d = Vec3(0, 0, -1);
-    const Line line(point(), d);
-    const Vec3 p = point(), q = point();
+    const Vec3 from = point(), p = point(), q = point();
+    Vec3 first = point(), second = point();
+    const bool own = n % 2 == 0 && glm::dot(d, glm::cross(first, second)) != 0.0;
+    const Line line = own ? Line(from, d, first, second) : Line(from, d);
     expectTrueSide(line, p, q);
     Gmpq value;
     zeros += trueSide(line, p, q, value) != 0 && sign(value) == 0 ? 1 : 0;

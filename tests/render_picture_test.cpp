@@ -90,13 +90,29 @@ TEST(Picture, JitteredGridOfTetrahedra) {
   compareBackends(tests::tetrahedronGrid(6, 0.3, 5), 256);
 }
 
+// A value of its own for each cell.
+mesh::Source withValuesOfCells(mesh::Source source) {
+  mesh::Array values{"of cells", mesh::Association::cells, 1, {}};
+  for (std::size_t c = 0; c < source.types.size(); ++c)
+    values.values.push_back(static_cast<double>(7 * c % 17));
+  source.arrays = {values};
+  return source;
+}
+
+// Rays of the middle row and column run exactly in faces, between cells of other values: all take the same side.
+TEST(Picture, RaysAlongFaces) {
+  for (const mesh::Source& source :
+       {withValuesOfCells(tests::hexahedronGrid(4)), withValuesOfCells(tests::tetrahedronGrid(4))}) {
+    const render::Session session(source);
+    std::vector<View> front(2, session.defaultView(65, 65));
+    front[1].parallel_scale = 0.75;
+    compareBackends(source, 65, front);
+  }
+}
+
 // A gas that only glows, smoke, radiographs and the largest scalar: on gaps, cycles, curved cells and constant ones.
 TEST(Picture, UnderAnyOptics) {
-  mesh::Source cells = tests::interlockedTori(5);
-  mesh::Array constant{"constant in each", mesh::Association::cells, 1, {}};
-  for (std::size_t c = 0; c < cells.types.size(); ++c)
-    constant.values.push_back(static_cast<double>(c % 17));
-  cells.arrays = {constant};
+  const mesh::Source cells = withValuesOfCells(tests::interlockedTori(5));
   for (const mesh::Source& source :
        {tests::interlockedTori(5), cells, tests::twistedRing(9, 0.5), tests::hexahedronGrid(5, 0.25, 3)}) {
     render::Session native(source, {.backend = composite::Backend::native});

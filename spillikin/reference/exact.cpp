@@ -86,16 +86,21 @@ Expansion<20> minor(const std::array<Expansion<2>, 3>& a, const std::array<Expan
   return e;
 }
 
-// The sign of (e_m d_k - e_k d_m) d_k with e = q - p: the sign of the difference of the sheared coordinates of q and p.
-int shearedDifference(const Line& line, const Vec3& p, const Vec3& q, int axis) {
-  const Expansion<2> em = difference(q[axis], p[axis]);
-  const Expansion<2> ek = difference(q[line.k], p[line.k]);
-  Expansion<12> sum;
-  addScaled(sum, em, line.d[line.k]);
-  addScaled(sum, ek, -line.d[axis]);
+// The sign of det[by, q - p, d].
+int movedSign(const Line& line, const Vec3& p, const Vec3& q, const Vec3& by) {
+  Expansion<60> sum;
+  for (int m = 0; m < 3; ++m) {
+    const int n = (m + 1) % 3, o = (m + 2) % 3;
+    const Pair one = twoProduct(line.d[n], by[o]), other = twoProduct(line.d[o], -by[n]);
+    Expansion<6> across;
+    for (const double term : {one.low, one.high, other.low, other.high})
+      grow(across, term);
+    const Expansion<2> edge = difference(q[m], p[m]);
+    for (int t = 0; t < edge.size; ++t)
+      addScaled(sum, across, edge.term[static_cast<std::size_t>(t)]);
+  }
   if (sum.size == 0) return 0;
-  const bool positive = sum.term[static_cast<std::size_t>(sum.size - 1)] > 0.0;
-  return positive == (line.d[line.k] > 0.0) ? 1 : -1;
+  return sum.term[static_cast<std::size_t>(sum.size - 1)] > 0.0 ? 1 : -1;
 }
 
 }  // namespace
@@ -111,6 +116,14 @@ Line::Line(const Vec3& origin, const Vec3& direction) : o(origin), d(direction) 
   const double dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
   inverse_dd = 1.0 / dd;
   length = std::sqrt(dd);
+  first[i] = 1.0;
+  second[j] = 1.0;
+}
+
+Line::Line(const Vec3& origin, const Vec3& direction, const Vec3& first_move, const Vec3& second_move)
+    : Line(origin, direction) {
+  first = first_move;
+  second = second_move;
 }
 
 double exactEdge(const Line& line, const Vec3& p, const Vec3& q) {
@@ -131,10 +144,10 @@ double exactEdge(const Line& line, const Vec3& p, const Vec3& q) {
 int perturbedSide(const Line& line, const Vec3& p, const Vec3& q, double& value) {
   value = exactEdge(line, p, q);
   if (value != 0.0) return value > 0.0 ? 1 : -1;
-  // (x_p - e)(y_q - e^2) - (x_q - e)(y_p - e^2) = value - e (y_q - y_p) + e^2 (x_q - x_p).
-  const int dy = shearedDifference(line, p, q, line.j);
-  if (dy != 0) return -dy;
-  return shearedDifference(line, p, q, line.i);
+  // Moving o by v takes det[v, q - p, d] from det[p - o, q - o, d].
+  int moved = movedSign(line, p, q, line.first);
+  if (moved == 0) moved = movedSign(line, p, q, line.second);
+  return line.d[line.k] > 0.0 ? -moved : moved;
 }
 
 }  // namespace spillikin::reference

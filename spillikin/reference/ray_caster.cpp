@@ -114,7 +114,8 @@ Tolerances RayCaster::Impl::tolerances(const Line& line, mesh::FieldModel model)
 
 // The line that is crossed with the cells: the ray itself, a little aside of it where elements are curved.
 Line RayCaster::Impl::makeLine(const Ray& ray, mesh::FieldModel model) const {
-  const Line line(ray.origin, ray.direction);
+  // As the compositors break ties: to the right, and less downwards.
+  const Line line(ray.origin, ray.direction, ray.right, ray.down);
   if (model != mesh::FieldModel::isoparametric) return line;
   constexpr double golden_section = 0.6180339887498949;
   constexpr double roundings = curved_shift_roundings * std::numeric_limits<double>::epsilon();
@@ -122,7 +123,7 @@ Line RayCaster::Impl::makeLine(const Ray& ray, mesh::FieldModel model) const {
   Vec3 origin = ray.origin;
   origin[line.i] += shift;
   origin[line.j] += golden_section * shift;
-  return {origin, ray.direction};
+  return {origin, ray.direction, ray.right, ray.down};
 }
 
 // Turns the sorted crossings of one closed surface into spans, two by two.

@@ -57,8 +57,8 @@ Ray Rays::operator()(double x, double y) const {
   const double across = half_height_ * (2.0 * (x - view_.width / 2.0) / height);
   const double up = half_height_ * (2.0 * (height / 2.0 - y) / height);
   const Vec3 offset = across * right_ + up * top_;
-  if (view_.parallel()) return {view_.eye + offset, forward_};
-  return {view_.eye, forward_ + offset};
+  if (view_.parallel()) return {view_.eye + offset, forward_, right_, -top_};
+  return {view_.eye, forward_ + offset, right_, -top_};
 }
 
 Range Rays::drawn(const Ray& ray) const {

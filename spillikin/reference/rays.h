@@ -7,6 +7,7 @@ namespace spillikin::reference {
 
 struct Ray {
   Vec3 origin{0.0}, direction{0.0};  // not a unit vector: its component along the line of sight is 1
+  Vec3 right{0.0}, down{0.0};        // in the image
 };
 
 // The part of a ray that is drawn: in front of the eye and inside every clip plane. lo > hi when there is none.
