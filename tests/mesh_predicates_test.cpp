@@ -68,6 +68,28 @@ TEST(Orient3d, NearlyCoplanarPointsFarAwayAsRationalsSay) {
   EXPECT_GT(seen[2], 1000);
 }
 
+TEST(Orient3d, EdgesAndVolumesAsRationalsSay) {
+  const std::uint64_t seed = 21;
+  SCOPED_TRACE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<int> small(-2, 2);
+  const auto point = [&] { return Vec3(small(random), small(random), small(random)); };
+  const Vec3 none(0.0);
+  int zeros = 0;
+  for (int n = 0; n < 3000; ++n) {
+    // Small integers, and next to them what a sum with 1 would lose.
+    const Vec3 a = point() + 1e-17 * point(), b = point() + 1e-17 * point(), c = point(), u = point(), v = point();
+    const int edge = signOfDeterminant(row(b, a), row(u, none), row(v, none));
+    ASSERT_EQ(orientEdge(a, b, u, v), edge);
+    const int volume = truthDirection(a, b, c, v);
+    const double value = directionVolume(a, b, c, v);
+    ASSERT_EQ(value > 0.0 ? 1 : value < 0.0 ? -1 : 0, volume);
+    zeros += edge == 0 ? 1 : 0;
+  }
+  EXPECT_GT(zeros, 100);
+  EXPECT_LT(zeros, 2900);
+}
+
 TEST(Orient3d, CoplanarLatticePointsAreZero) {
   std::mt19937_64 random(21);
   std::uniform_int_distribution<int> whole(-1000, 1000);

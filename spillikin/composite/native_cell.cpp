@@ -17,6 +17,15 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // A form this close to 0, as a share of its terms, is decided exactly.
 constexpr double sure = 1e-12;
 
+// A triangle whose forms add up to so little, as a share of their terms, is seen edge-on: of where the ray crosses it
+// doubles would leave less than seven digits.
+constexpr double seen_edge_on = 1e-9;
+
+// The sum of the magnitudes that a form adds up.
+double terms(const Vec3& form, const Vec3& ray) {
+  return std::abs(form.x * ray.x) + std::abs(form.y * ray.y) + std::abs(form.z);
+}
+
 // Screen extent as pixels whose centres lie in it, with a margin for the rounding of the projection.
 constexpr double box_margin = 1e-6;  // pixels
 
@@ -135,15 +144,29 @@ void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
 // Every line has a side for every ray, the same for all who ask: near 0 by the exact predicate, and where the ray meets
 // the line, as if it had been moved by nothing at all to the right, and less downwards.
 bool CellShape::positive(const Vec3& edge, double at, mesh::Id a, mesh::Id b, const Vec3& ray) const {
-  const double terms = std::abs(edge.x * ray.x) + std::abs(edge.y * ray.y) + std::abs(edge.z);
-  if (std::abs(at) > sure * terms) return at > 0.0;
+  const double size = terms(edge, ray);
+  if (std::abs(at) > sure * size) return at > 0.0;
   const project::Camera& camera = screen_->frame().camera;
   const std::vector<Vec3>& points = screen_->mesh().points;
-  const int exact = mesh::orientDirection(camera.origin(x0_ + ray.x, y0_ + ray.y), points[a], points[b],
-                                          camera.direction(x0_ + ray.x, y0_ + ray.y));
+  const Vec3 direction = camera.direction(x0_ + ray.x, y0_ + ray.y);
+  const int exact = mesh::orientDirection(camera.origin(x0_ + ray.x, y0_ + ray.y), points[a], points[b], direction);
   if (exact != 0) return exact > 0;
-  if (std::abs(edge.x) > sure * terms) return edge.x > 0.0;
-  return edge.y > 0.0;
+  const int moved = mesh::orientEdge(points[a], points[b], camera.right(), direction);
+  return (moved != 0 ? moved : mesh::orientEdge(points[a], points[b], -camera.top(), direction)) > 0;
+}
+
+// Where in a triangle that a ray crosses nearly within its plane, as weights of the corners. Rounding leaves nothing of
+// the forms there; their exact values have one sign.
+std::array<double, 3> CellShape::exactWeights(const Triangle& t, const Vec3& ray) const {
+  const project::Camera& camera = screen_->frame().camera;
+  const std::vector<Vec3>& points = screen_->mesh().points;
+  const Vec3 origin = camera.origin(x0_ + ray.x, y0_ + ray.y), direction = camera.direction(x0_ + ray.x, y0_ + ray.y);
+  const auto of = [&](int i, int j) {
+    return std::abs(mesh::directionVolume(origin, points[t.id[i]], points[t.id[j]], direction));
+  };
+  const double a = of(1, 2), b = of(0, 2), c = of(0, 1), sum = a + b + c;
+  if (!(sum > 0.0)) return {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
+  return {a / sum, b / sum, c / sum};
 }
 
 bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
@@ -155,13 +178,17 @@ bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
   if (side != positive(t.edge[1], bc, t.id[1], t.id[2], ray)) return false;
   if (side == positive(-t.edge[2], -ca, t.id[0], t.id[2], ray)) return false;
   const double plane = (ab + bc) + ca;
-  const double b = plane != 0.0 ? std::clamp(ca / plane, 0.0, 1.0) : 1.0 / 3.0;
-  const double c = plane != 0.0 ? std::clamp(ab / plane, 0.0, 1.0) : 1.0 / 3.0;
-  double depth;
-  if (screen_->parallel()) {
-    depth = t.depth_form.x + b * t.depth_form.y + c * t.depth_form.z;
+  double b, c, depth;
+  if (std::abs(plane) <= seen_edge_on * (terms(t.edge[0], ray) + terms(t.edge[1], ray) + terms(t.edge[2], ray))) {
+    const auto [wa, wb, wc] = exactWeights(t, ray);
+    b = wb;
+    c = wc;
+    const auto at = [&](int k) { return screen_->vertex(t.id[k]).w; };
+    depth = wa * at(0) + wb * at(1) + wc * at(2);
   } else {
-    depth = plane != 0.0 ? t.level / plane : t.lo;
+    b = std::clamp(ca / plane, 0.0, 1.0);
+    c = std::clamp(ab / plane, 0.0, 1.0);
+    depth = screen_->parallel() ? t.depth_form.x + b * t.depth_form.y + c * t.depth_form.z : t.level / plane;
   }
   out.depth = std::clamp(depth, t.lo, t.hi);
   out.value = t.value[0] + b * (t.value[1] - t.value[0]) + c * (t.value[2] - t.value[0]);

@@ -60,6 +60,7 @@ class CellShape {
   };
   void addTriangle(const std::array<mesh::Id, 3>& corner);
   bool positive(const Vec3& edge, double at, mesh::Id a, mesh::Id b, const Vec3& ray) const;
+  std::array<double, 3> exactWeights(const Triangle& triangle, const Vec3& ray) const;
   bool cross(const Triangle& triangle, const Vec3& ray, Crossing& out) const;
   void trim(double x, double y, std::vector<Span>& out) const;
 

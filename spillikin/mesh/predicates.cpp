@@ -108,6 +108,18 @@ int orientDirection(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v) 
   return signOf(determinant(exactDifference(b, a), exactDifference(c, a), {Exact(v.x), Exact(v.y), Exact(v.z)}));
 }
 
+int orientEdge(const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
+  const int sign = filteredSign(b - a, u, v);
+  if (sign != 2) return sign;
+  return signOf(
+      determinant(exactDifference(b, a), {Exact(u.x), Exact(u.y), Exact(u.z)}, {Exact(v.x), Exact(v.y), Exact(v.z)}));
+}
+
+double directionVolume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v) {
+  return CGAL::to_double(
+      determinant(exactDifference(b, a), exactDifference(c, a), {Exact(v.x), Exact(v.y), Exact(v.z)}));
+}
+
 int aboveLift(const std::array<Vec3, 5>& points, const std::array<double, 5>& heights) {
   std::array<Vec3, 4> r;
   std::array<double, 4> h{};

@@ -17,6 +17,10 @@ int orient3dFiltered(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d)
 
 // Sign of det[b - a, c - a, v]: on which side of the plane direction v leads.
 int orientDirection(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v);
+// Sign of det[b - a, u, v].
+int orientEdge(const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v);
+// det[b - a, c - a, v] itself, exact but for the rounding to a double. About a microsecond.
+double directionVolume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& v);
 
 // Of five points, the first four a tetrahedron of positive volume: the sign of the fifth's height above the linear
 // function that has the heights of the first four. With the squares of the points' lengths for heights (the second
