@@ -14,12 +14,17 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// A form this close to 0, as a share of its terms, is decided exactly.
+// A form this close to 0, as a share of what it and its coefficients are summed up from, is decided exactly.
 constexpr double sure = 1e-12;
 
 // A triangle whose forms add up to so little, as a share of their terms, is seen edge-on: of where the ray crosses it
 // doubles would leave less than seven digits.
 constexpr double seen_edge_on = 1e-9;
+
+// Of the cross product of two vectors of these magnitudes: what its components are differences of.
+Vec3 magnitudes(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x};
+}
 
 // The sum of the magnitudes that a form adds up.
 double terms(const Vec3& form, const Vec3& ray) {
@@ -117,19 +122,21 @@ void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
   order(0, 1);
   order(1, 2);
   order(0, 1);
-  std::array<Vec3, 3> p;
+  std::array<Vec3, 3> p, size;
   t.lo = infinity;
   t.hi = -infinity;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vertex& v = screen_->vertex(id[i]);
     const double weight = screen_->parallel() ? 1.0 : v.w;
     p[i] = {v.x - x0_ * weight, v.y - y0_ * weight, weight};
+    size[i] = glm::abs(Vec3(v.x, v.y, weight)) + Vec3(x0_ * std::abs(weight), y0_ * std::abs(weight), 0.0);
     t.value[i] = constant_ ? cell_value_ : screen_->frame().field.values[id[i]];
     t.lo = std::min(t.lo, v.w);
     t.hi = std::max(t.hi, v.w);
   }
   // Two triangles that share an edge agree on its form up to the sign.
   t.edge = {glm::cross(p[0], p[1]), glm::cross(p[1], p[2]), -glm::cross(p[0], p[2])};
+  t.size = {magnitudes(size[0], size[1]), magnitudes(size[1], size[2]), magnitudes(size[0], size[2])};
   if (screen_->parallel()) {
     const double w0 = screen_->vertex(id[0]).w;
     t.depth_form = Vec3(w0, screen_->vertex(id[1]).w - w0, screen_->vertex(id[2]).w - w0);
@@ -140,12 +147,11 @@ void CellShape::addTriangle(const std::array<mesh::Id, 3>& corner) {
   t.level = glm::dot(p[0], t.normal);
 }
 
-// On which side of the line through two projected corners (the form of which is `edge`, its value `at`) a ray passes.
+// On which side of the line through two projected corners (`at` is the value of its form) a ray passes.
 // Every line has a side for every ray, the same for all who ask: near 0 by the exact predicate, and where the ray meets
 // the line, as if it had been moved by nothing at all to the right, and less downwards.
-bool CellShape::positive(const Vec3& edge, double at, mesh::Id a, mesh::Id b, const Vec3& ray) const {
-  const double size = terms(edge, ray);
-  if (std::abs(at) > sure * size) return at > 0.0;
+bool CellShape::positive(double at, const Vec3& size, mesh::Id a, mesh::Id b, const Vec3& ray) const {
+  if (std::abs(at) > sure * terms(size, ray)) return at > 0.0;
   const project::Camera& camera = screen_->frame().camera;
   const std::vector<Vec3>& points = screen_->mesh().points;
   const Vec3 direction = camera.direction(x0_ + ray.x, y0_ + ray.y);
@@ -173,13 +179,13 @@ bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
   const double ab = glm::dot(t.edge[0], ray);
   const double bc = glm::dot(t.edge[1], ray);
   const double ca = glm::dot(t.edge[2], ray);
-  const bool side = positive(t.edge[0], ab, t.id[0], t.id[1], ray);
+  const bool side = positive(ab, t.size[0], t.id[0], t.id[1], ray);
   // The third form is stored turned round; its tie must fall as its neighbours see it.
-  if (side != positive(t.edge[1], bc, t.id[1], t.id[2], ray)) return false;
-  if (side == positive(-t.edge[2], -ca, t.id[0], t.id[2], ray)) return false;
+  if (side != positive(bc, t.size[1], t.id[1], t.id[2], ray)) return false;
+  if (side == positive(-ca, t.size[2], t.id[0], t.id[2], ray)) return false;
   const double plane = (ab + bc) + ca;
   double b, c, depth;
-  if (std::abs(plane) <= seen_edge_on * (terms(t.edge[0], ray) + terms(t.edge[1], ray) + terms(t.edge[2], ray))) {
+  if (std::abs(plane) <= seen_edge_on * (terms(t.size[0], ray) + terms(t.size[1], ray) + terms(t.size[2], ray))) {
     const auto [wa, wb, wc] = exactWeights(t, ray);
     b = wb;
     c = wc;

@@ -41,6 +41,7 @@ class CellShape {
   struct Triangle {
     std::array<mesh::Id, 3> id{};
     std::array<Vec3, 3> edge;       // the forms e_ab, e_bc, e_ca of (x, y, 1)
+    std::array<Vec3, 3> size;       // the magnitudes that each of their coefficients was summed up from
     Vec3 normal{0.0};               // of the plane, in screen coordinates (x, y times the depth in perspective)
     double level = 0.0;             // normal . corner
     Vec3 depth_form{0.0};           // depth from the corners' shares, in a parallel view
@@ -59,7 +60,7 @@ class CellShape {
     bool leaves = false;
   };
   void addTriangle(const std::array<mesh::Id, 3>& corner);
-  bool positive(const Vec3& edge, double at, mesh::Id a, mesh::Id b, const Vec3& ray) const;
+  bool positive(double at, const Vec3& size, mesh::Id a, mesh::Id b, const Vec3& ray) const;
   std::array<double, 3> exactWeights(const Triangle& triangle, const Vec3& ray) const;
   bool cross(const Triangle& triangle, const Vec3& ray, Crossing& out) const;
   void trim(double x, double y, std::vector<Span>& out) const;

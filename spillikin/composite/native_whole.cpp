@@ -23,7 +23,8 @@ class Edges {
  public:
   explicit Edges(WholeCell& cell) : cell_(cell) { cell_.edge_count = 0; }
   bool full() const { return full_; }
-  std::uint8_t find(mesh::Id a, mesh::Id b, const Vec3& form) {
+  // `size` is what the form's coefficients are summed up from.
+  std::uint8_t find(mesh::Id a, mesh::Id b, const Vec3& form, const Vec3& size) {
     std::size_t slot = (a * 0x9e3779b1U ^ b * 0x85ebca6bU) >> (32U - slot_bits);
     for (; slots_[slot] != 0; slot = (slot + 1) % slots_.size()) {
       const std::uint8_t e = slots_[slot] - 1U;
@@ -34,8 +35,10 @@ class Edges {
     const std::size_t e = cell_.edge_count++;
     slots_[slot] = static_cast<std::uint8_t>(e + 1);
     ends_[e] = {a, b};
-    // Only the side matters: scaled to stay within float, the same from every cell.
-    cell_.edge[e] = rounded(form * (1.0 / std::max(reach(form), 1e-300)));
+    // Only the side matters: scaled to stay within float, the same from every cell. What is left of an edge along the
+    // rays is rounding, and must stay too small to tell a side by.
+    constexpr double cancelled = 1e-6;
+    cell_.edge[e] = rounded(form * (1.0 / std::max({reach(form), cancelled * reach(size), 1e-300})));
     return static_cast<std::uint8_t>(e);
   }
 
@@ -125,9 +128,9 @@ bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, Wh
     hi = std::max(hi, t.hi);
     if (!screen.parallel() && !(t.lo > 0.0)) return false;
     WholeCell::Triangle& flat = out.triangle[k];
-    flat.ab = edges.find(t.id[0], t.id[1], t.edge[0]);
-    flat.bc = edges.find(t.id[1], t.id[2], t.edge[1]);
-    flat.ac = edges.find(t.id[0], t.id[2], -t.edge[2]);
+    flat.ab = edges.find(t.id[0], t.id[1], t.edge[0], t.size[0]);
+    flat.bc = edges.find(t.id[1], t.id[2], t.edge[1], t.size[1]);
+    flat.ac = edges.find(t.id[0], t.id[2], -t.edge[2], t.size[2]);
     flat.turned = t.turned;
     setPlanes(view, t, flat);
     out.look.lo = std::min(out.look.lo, flat.lo);
