@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "spillikin/composite/gl_shaders.h"
-#include "spillikin/composite/peaks.h"
 #include "spillikin/integrate/preintegrated.h"
 
 namespace spillikin::composite {
@@ -78,7 +77,7 @@ void GlLook::paintCells(const Frame& frame) {
   if (has_paint_) {
     return;
   }
-  transform(frame.field.values, paint_, [&, scale = PeakScale(frame.field)](double value) {
+  transform(frame.field.values, paint_, [&, scale = ScalarMap{frame.field.lo, frame.field.hi}](double value) {
     if (frame.peaks) {
       return Texel{scale(value), 0.0F, 0.0F, 1.0F};
     }

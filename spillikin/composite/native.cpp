@@ -44,6 +44,7 @@ class Native final : public Compositor {
 
   Screen screen_;
   Bins bins_;
+  std::vector<PixelBox> pieces_;  // of the order's cuts
   bool prepared_ = false;
   double prepare_seconds_ = 0.0;
   tbb::enumerable_thread_specific<std::unique_ptr<TilePainter>> painters_;
@@ -73,7 +74,9 @@ FrameStats Native::draw(const Frame& frame, Image& image) {
   if (!prepared_) prepare(frame);
   prepared_ = false;
   FrameStats stats;
-  stats.project_seconds = prepare_seconds_;
+  const auto start = Clock::now();
+  findPieces(screen_, pieces_);
+  stats.project_seconds = prepare_seconds_ + secondsSince(start);
   for (int y = 0; y < height; y += region_step) {
     for (int x = 0; x < width; x += region_step) {
       drawRegion({x, y, std::min(x + region_step, width), std::min(y + region_step, height)}, image, stats);
@@ -87,7 +90,7 @@ FrameStats Native::draw(const Frame& frame, Image& image) {
 // Halves the region until its lists fit the memory promised; a single tile's always do.
 void Native::drawRegion(const Box& region, Image& image, FrameStats& stats) {
   const auto start = Clock::now();
-  const bool fits = bins_.fill(screen_, region, maxEntries(screen_.mesh().cell_count()));
+  const bool fits = bins_.fill(screen_, pieces_, region, maxEntries(screen_.mesh().cell_count()));
   stats.project_seconds += secondsSince(start);
   if (fits) {
     drawTiles(region, image, stats);
@@ -113,7 +116,7 @@ void Native::drawTiles(const Box& region, Image& image, FrameStats& stats) {
     const int x = region.x0 + static_cast<int>(tile % static_cast<std::size_t>(bins_.columns())) * tile_size;
     const int y = region.y0 + static_cast<int>(tile / static_cast<std::size_t>(bins_.columns())) * tile_size;
     const Box window{x, y, std::min(x + tile_size, region.x1), std::min(y + tile_size, region.y1)};
-    sums.local().add(painter->paint(screen_, bins_.tile(tile), bins_.pieces(), window, image));
+    sums.local().add(painter->paint(screen_, bins_.tile(tile), pieces_, window, image));
   });
   const TileStats sum = sums.combine([](TileStats a, const TileStats& b) {
     a.add(b);

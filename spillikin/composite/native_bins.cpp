@@ -19,13 +19,13 @@ constexpr std::size_t look_ahead = 32;  // cells; the order jumps about in memor
 
 }  // namespace
 
-bool Bins::fill(const Screen& screen, const Box& region, std::size_t max_entries) {
+bool Bins::fill(const Screen& screen, std::span<const PixelBox> pieces, const Box& region, std::size_t max_entries) {
   columns_ = (region.x1 - region.x0 + tile_size - 1) / tile_size;
   rows_ = (region.y1 - region.y0 + tile_size - 1) / tile_size;
   const std::size_t cells = screen.frame().order.cells.size();
   chunks_ = std::clamp<std::size_t>((cells + chunk_cells - 1) / chunk_cells, 1, max_chunks);
   if (!(boxes_found_ == region)) findBoxes(screen, region);
-  setPieces(screen, region);
+  boxPieces(screen.frame().order, pieces, region);
   count(screen);
   if (!layOut(max_entries)) return false;
   place(screen);
@@ -78,12 +78,10 @@ TileBox Bins::boxOf(const PixelBox& piece, TileBox cell, const Box& region) cons
   return a > c || b > d ? no_tiles : tileBox(a, b, c, d);
 }
 
-void Bins::setPieces(const Screen& screen, const Box& region) {
-  const sort::Order& order = screen.frame().order;
-  findPieces(screen, pieces_);
-  piece_boxes_.resize(pieces_.size());
-  for (std::size_t i = 0; i < pieces_.size(); ++i)
-    piece_boxes_[i] = boxOf(pieces_[i], boxes_[order.cells[order.cuts[i].entry]], region);
+void Bins::boxPieces(const sort::Order& order, std::span<const PixelBox> pieces, const Box& region) {
+  piece_boxes_.resize(pieces.size());
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    piece_boxes_[i] = boxOf(pieces[i], boxes_[order.cells[order.cuts[i].entry]], region);
 }
 
 // The order is back to front and the lists are front to back: chunk 0 is the nearest.
@@ -165,9 +163,8 @@ void Bins::place(const Screen& screen) {
 }
 
 std::size_t Bins::bytes() const {
-  return (boxes_.capacity() + piece_boxes_.capacity()) * sizeof(TileBox) + pieces_.capacity() * sizeof(PixelBox) +
-         counts_.capacity() * sizeof(std::uint32_t) + offset_.capacity() * sizeof(std::size_t) +
-         entries_.capacity() * sizeof(Entry);
+  return (boxes_.capacity() + piece_boxes_.capacity()) * sizeof(TileBox) + counts_.capacity() * sizeof(std::uint32_t) +
+         offset_.capacity() * sizeof(std::size_t) + entries_.capacity() * sizeof(Entry);
 }
 
 }  // namespace spillikin::composite::native

@@ -38,8 +38,9 @@ class Bins {
   // Sorts the order's cells into the tiles of `region` (pixels, its corner a multiple of tile_size, at most
   // max_region_tiles tiles wide and high), nearest first. False, and nothing is kept, when that would take more than
   // `max_entries` and the region has more than one tile. Two passes over the order, each parallel by chunks of it; the
-  // lists do not depend on the threads.
-  bool fill(const Screen& screen, const Box& region, std::size_t max_entries);
+  // lists do not depend on the threads. `pieces` are those of the order's cuts (findPieces); entries of pieces that
+  // cover no pixel are left out.
+  bool fill(const Screen& screen, std::span<const PixelBox> pieces, const Box& region, std::size_t max_entries);
 
   // The part of it that needs no order, done beforehand if the next region to be filled is known.
   void findBoxes(const Screen& screen, const Box& region);
@@ -51,15 +52,13 @@ class Bins {
   std::span<const Entry> tile(std::size_t index) const {
     return {entries_.data() + offset_[index], entries_.data() + offset_[index + 1]};
   }
-  // Of each of the order's cuts; entries of pieces that cover no pixel are left out.
-  std::span<const PixelBox> pieces() const { return pieces_; }
   std::size_t entries() const { return offset_.empty() ? 0 : offset_.back(); }
   std::size_t bytes() const;
 
  private:
   TileBox boxOf(const Screen& screen, mesh::Id cell, const Box& region) const;
   TileBox boxOf(const PixelBox& piece, TileBox cell, const Box& region) const;
-  void setPieces(const Screen& screen, const Box& region);
+  void boxPieces(const sort::Order& order, std::span<const PixelBox> pieces, const Box& region);
   template <class Visit>
   void visitEntries(const sort::Order& order, std::size_t index, const Visit& visit) const;
   void count(const Screen& screen);
@@ -75,8 +74,7 @@ class Bins {
   std::size_t chunks_ = 0;
   Box boxes_found_;                    // the region that boxes_ is of, empty for none
   std::vector<TileBox> boxes_;         // per cell
-  std::vector<PixelBox> pieces_;       // per cut
-  std::vector<TileBox> piece_boxes_;   // the same
+  std::vector<TileBox> piece_boxes_;   // per cut
   std::vector<std::uint32_t> counts_;  // per chunk and tile; while placing, where the next entry goes
   std::vector<std::size_t> offset_;    // per tile + 1
   std::vector<Entry> entries_;

@@ -188,11 +188,11 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
         hn::Store(in.far.side, d, out + 5 * lanes);
       }
       c.out.pixel[n] = static_cast<std::uint32_t>(first);
-      // No branch on what is as good as random: an empty vector's place is taken by the next one.
       if constexpr (Cut) {
         in.near.z = hn::Min(in.near.z, limits.near);
         in.far.z = hn::Max(in.far.z, limits.far);
       }
+      // No branch on what is as good as random: an empty vector's place is taken by the next one.
       const bool some = !hn::AllFalse(d, hn::Gt(in.near.z, in.far.z));
       n += static_cast<std::size_t>(some) & c.pixels.live[first];
     }
@@ -319,7 +319,7 @@ class SheetRays {
 template <bool Careful, bool Cut, bool Folded>
 HWY_INLINE std::size_t coverCounted(const Cover& c) {
   const unsigned most = std::max(c.cell.entered_count, c.cell.left_count);
-  if constexpr (!Careful && !Cut) {
+  if constexpr (!Cut) {
     if (most <= 3) return coverSheets<Careful, Cut, Folded, 3>(c);
   }
   if constexpr (Folded || !Cut) {

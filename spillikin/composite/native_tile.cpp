@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "spillikin/composite/native_centres.h"
-#include "spillikin/composite/peaks.h"
 #include "spillikin/integrate/segment.h"
 
 namespace spillikin::composite::native {
@@ -206,7 +205,7 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
     pixels_.last[i] = static_cast<float>(far);
   }
   if (view_.peaks) {
-    pixels_.red[i] = std::max(pixels_.red[i], PeakScale(screen_->frame().field)(std::max(span.front, span.back)));
+    pixels_.red[i] = std::max(pixels_.red[i], static_cast<float>(screen_->scaled(std::max(span.front, span.back))));
     pixels_.light[i] = 0.0F;
     return;
   }

@@ -3,6 +3,8 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace spillikin::composite {
@@ -14,12 +16,13 @@ constexpr std::size_t grain = 4096;     // pixels
 
 class PeakColor {
  public:
-  explicit PeakColor(const Frame& frame) : tf_(frame.transfer_function), scale_(frame.field) {}
+  explicit PeakColor(const Frame& frame)
+      : tf_(frame.transfer_function), lo_(frame.field.lo), span_(frame.field.hi - frame.field.lo) {}
 
   std::array<double, 3> operator()(float peak) const {
-    double value = scale_.lo + scale_.span * static_cast<double>(peak);
+    double value = lo_ + span_ * static_cast<double>(peak);
     const auto& points = tf_.points();
-    const double reach = peak_rounding * scale_.span;
+    const double reach = peak_rounding * span_;
     const auto near = std::lower_bound(points.begin(), points.end(), value - reach,
                                        [](const integrate::ControlPoint& p, double v) { return p.value < v; });
     if (near != points.end() && std::abs(near->value - value) <= reach) value = near->value;
@@ -28,7 +31,7 @@ class PeakColor {
 
  private:
   const integrate::TransferFunction& tf_;
-  PeakScale scale_;
+  double lo_, span_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "spillikin/sort/exterior_windows.h"
 
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace spillikin::sort {
 namespace {
@@ -12,10 +13,6 @@ constexpr double smallest = 1e-140, largest = 1e140;
 // An eye so many radii from the middle sees the mesh in a cone.
 constexpr double outside = 1.05;
 constexpr double steps = 65530.0;  // of a component; a few are left for rounding
-
-double dot(const Vec3& a, const Vec3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 }  // namespace
 
@@ -55,7 +52,7 @@ ExteriorWindows::ExteriorWindows(const mesh::Mesh& mesh, const ExteriorTree& tre
 // False where squares of the coordinates may not be numbers.
 bool ExteriorWindows::aim(const Viewpoint& viewpoint) {
   const Vec3 middle = 0.5 * lower_ + 0.5 * upper_, half = 0.5 * upper_ - 0.5 * lower_;
-  const double radius = std::sqrt(dot(half, half));
+  const double radius = std::sqrt(glm::dot(half, half));
   if (!(radius > smallest && radius < largest)) return false;
   const DepthBands bands(lower_, upper_, viewpoint);
   frame_.farthest = bands.farthest();
@@ -67,9 +64,9 @@ bool ExteriorWindows::aim(const Viewpoint& viewpoint) {
     const double size = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     if (!(size > 0.0) || !std::isfinite(size)) return false;
     const Vec3 scaled = v / size;
-    frame_.sight = scaled / std::sqrt(dot(scaled, scaled));
+    frame_.sight = scaled / std::sqrt(glm::dot(scaled, scaled));
     frame_.origin = middle;
-    frame_.farthest += dot(middle, frame_.sight);
+    frame_.farthest += glm::dot(middle, frame_.sight);
     frame_.low = Vec3(-radius);
     frame_.scale = steps / (2.0 * radius);
     frame_.room = rounding * radius * frame_.scale;
@@ -77,7 +74,7 @@ bool ExteriorWindows::aim(const Viewpoint& viewpoint) {
   }
   frame_.origin = Vec3(viewpoint);
   const Vec3 away = middle - frame_.origin;
-  const double distance = std::sqrt(dot(away, away));
+  const double distance = std::sqrt(glm::dot(away, away));
   if (!(distance < largest)) return false;
   frame_.low = Vec3(-1.0);
   double width = 2.0;

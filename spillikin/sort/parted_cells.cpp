@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "spillikin/mesh/predicates.h"
 
@@ -15,10 +16,6 @@ namespace {
 constexpr std::size_t block = 128;         // groups linked by one task, whose edges are kept together
 constexpr std::size_t most_vertices = 64;  // of a cell, a bit each
 constexpr std::size_t most_faces = 128;    // so that counts of what comes before a node stay small
-
-double dot(const Vec3& a, const Vec3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 }  // namespace
 
@@ -130,8 +127,8 @@ void PartedCells::measure(std::size_t i) {
   const Vec3 &a = mesh_.points[first], &b = mesh_.points[u], &c = mesh_.points[w];
   const Vec3 e = b - a, f = c - a;
   Vec3 n(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
-  n *= towards / std::sqrt(dot(n, n));
-  sliver.near = {n, -dot(n, a)};
+  n *= towards / std::sqrt(glm::dot(n, n));
+  sliver.near = {n, -glm::dot(n, a)};
   const auto vertices = mesh_.vertices(sliver.cell);
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     if (vertices[k] == first || vertices[k] == u || vertices[k] == w) {
@@ -202,7 +199,7 @@ bool PartedCells::meet(const Sliver& a, const Sliver& b) const {
     if ((((of.out | of.in) >> k) & 1U) == 0) return 0.0;
     const Vec3& p = mesh_.points[vertices[k]];
     const double size = std::abs(p.x) + std::abs(p.y) + std::abs(p.z) + std::abs(s.near.offset);
-    const double h = dot(s.near.normal, p) + s.near.offset + rounding * size;
+    const double h = glm::dot(s.near.normal, p) + s.near.offset + rounding * size;
     return ((of.out >> k) & 1U) != 0 ? std::max(h, rounding * size) : std::min(h, 0.0);
   };
   for (std::size_t i = 0; i < vertices.size(); ++i) {
