@@ -163,6 +163,9 @@ TEST(ProblemFaces, AreThoseThatARayCrossesTwice) {
   EXPECT_GT(twice, 50U);
 }
 
+// Where a ray starts within rounding of a face, intervals this short may be where the cell is not.
+constexpr double shortest = 1e-9;  // as a distance, in meshes of size 1
+
 // All intervals of a ray in a cell of any shape. Where it starts at a vertex of the cell, the triangles around that
 // vertex meet it nowhere else, and what is left says whether it starts into the cell.
 void intervals(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& origin, const Vec3& direction,
@@ -185,7 +188,7 @@ void intervals(const mesh::Mesh& mesh, mesh::Id cell, const Vec3& origin, const 
   }
   std::sort(at.begin(), at.end());
   for (std::size_t i = 0; i < at.size(); i += 2) {
-    if (at[i + 1] > 0.0) out.push_back({cell, std::max(0.0, at[i]), at[i + 1]});
+    if (at[i + 1] > shortest) out.push_back({cell, std::max(0.0, at[i]), at[i + 1]});
   }
 }
 
@@ -298,7 +301,7 @@ TEST(ProblemCells, PartsOfCurvedCellsAreInOrder) {
   const std::uint64_t seed = chosen == nullptr ? 748394064 : std::strtoull(chosen, nullptr, 10);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  std::size_t parts = 0;
+  std::size_t parts = 0, judged = 0;
   for (int i = 0; i < 6; ++i) {
     const double jitter = 0.05 + 0.3 * unit(random);
     const mesh::Mesh mesh = mesh::build(i % 4 == 3   ? tests::twistedBar(3 + random() % 3, 1.0 + unit(random))
@@ -316,7 +319,10 @@ TEST(ProblemCells, PartsOfCurvedCellsAreInOrder) {
         expectEveryPart(mesh, order);
         parts += order.cuts.size();
         if (v.w != 0.0) {
-          EXPECT_EQ(shootRays(mesh, order, Vec3(v)).inversions, 0U);
+          // A strong jitter may fold cells into their neighbours, and what overlaps has no order.
+          const Tally tally = shootRays(mesh, order, Vec3(v));
+          judged += tally.overlaps == 0 ? 1U : 0U;
+          EXPECT_TRUE(tally.inversions == 0 || tally.overlaps != 0) << tally.inversions;
         }
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
         (*sorter)(v, alone);
@@ -325,6 +331,7 @@ TEST(ProblemCells, PartsOfCurvedCellsAreInOrder) {
     }
   }
   EXPECT_GT(parts, 500U);
+  EXPECT_GT(judged, 100U);
 }
 
 // The BSP tree is made of the two triangles of every exterior quadrilateral, cut for good by the diagonal from its
