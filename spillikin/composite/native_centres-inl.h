@@ -20,11 +20,21 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE VF centresX(std::size_t first) {
-  return hn::Load(DF(), centres.x[first / block_pixels % block_columns] + first % block_pixels);
+template <class At>
+HWY_INLINE auto centresX(const At& first) {
+  if constexpr (wide::is_two<At>) {
+    return wide::two(centresX(first.a), centresX(first.b));
+  } else {
+    return hn::Load(DF(), centres.x[first / block_pixels % block_columns] + first % block_pixels);
+  }
 }
-HWY_INLINE VF centresY(std::size_t first) {
-  return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
+template <class At>
+HWY_INLINE auto centresY(const At& first) {
+  if constexpr (wide::is_two<At>) {
+    return wide::two(centresY(first.a), centresY(first.b));
+  } else {
+    return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
+  }
 }
 
 }  // namespace

@@ -38,18 +38,26 @@ class Certificate {
         solid_at_(hn::Set(DF(), solid_share * view.overlap_at)),
         solid_slope_(hn::Set(DF(), 1.0F + solid_share * view.overlap_slope)) {}
 
-  HWY_INLINE void check(VF near, VF far, hn::Mask<DF> inside, std::size_t first, Pixels& pixels) const {
-    const DF d;
-    const VF last = hn::Load(d, pixels.last.data() + first);
-    const auto solid = hn::And(inside, hn::Gt(near, hn::MulAdd(far, solid_slope_, solid_at_)));
-    hn::Store(hn::IfThenElse(solid, far, last), d, pixels.last.data() + first);
-    const auto early = hn::And(solid, hn::Gt(near, hn::MulAdd(last, slope_, at_)));
-    if (HWY_UNLIKELY(!hn::AllFalse(d, early))) {
+  template <class V, class M, class At>
+  HWY_INLINE void check(const V& near, const V& far, const M& inside, const At& first, Pixels& pixels) const {
+    const V last = wide::load(pixels.last.data(), first);
+    const auto solid = wide::And(inside, wide::Gt(near, wide::MulAdd(far, solid_slope_, solid_at_)));
+    wide::store(wide::IfThenElse(solid, far, last), pixels.last.data(), first);
+    const auto early = wide::And(solid, wide::Gt(near, wide::MulAdd(last, slope_, at_)));
+    if (HWY_UNLIKELY(!wide::AllFalse(early))) flag(early, first, pixels);
+  }
+
+ private:
+  template <class M, class At>
+  HWY_INLINE static void flag(const M& early, const At& first, Pixels& pixels) {
+    if constexpr (wide::is_two<At>) {
+      flag(early.a, first.a, pixels);
+      flag(early.b, first.b, pixels);
+    } else {
       pixels.flagged[first / block_pixels] |= static_cast<std::uint16_t>(maskBits(early) << (first % block_pixels));
     }
   }
 
- private:
   VF at_, slope_, solid_at_, solid_slope_;
 };
 

@@ -119,26 +119,28 @@ HWY_INLINE std::size_t coverAny(const CellBatch& batch, std::size_t i, const Pix
   }
 }
 
+// Vectors by twos: they are of different pixels.
 template <bool Parallel, class S>
 HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
                                    std::size_t count, Pixels& pixels) {
-  const DF d;
-  const std::size_t lanes = hn::Lanes(d);
+  const std::size_t lanes = hn::Lanes(DF());
   const S shader(batch.look(view.screen->pieces().data(), i));
   const Rays<Parallel> rays(view, batch, i, shader.anchor());
   const Certificate certificate(view);
   std::size_t fragments = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t first = covered.pixel[k];
-    const VF near = hn::Load(d, covered.near + k * lanes);
-    const VF far = hn::Load(d, covered.far + k * lanes);
-    const auto inside = hn::Gt(near, far);
-    fragments += hn::CountTrue(d, inside);
+  const auto shade = [&](const auto& first, const auto& at) HWY_ATTR {
+    const auto near = wide::load(covered.near, at);
+    const auto far = wide::load(covered.far, at);
+    const auto inside = wide::Gt(near, far);
+    fragments += wide::CountTrue(inside);
     certificate.check(near, far, inside, first, pixels);
-    const Segment segment =
-        rays(near, far, inside, centresX(first), centresY(first), hn::Load(d, pixels.length.data() + first));
-    shader.blend(segment, first, pixels);
-  }
+    const auto unit = wide::load(pixels.length.data(), first);
+    shader.blend(rays(near, far, inside, centresX(first), centresY(first), unit), first, pixels);
+  };
+  std::size_t k = 0;
+  for (; k + 1 < count; k += 2)
+    shade(Two<std::size_t>{covered.pixel[k], covered.pixel[k + 1]}, Two<std::size_t>{k * lanes, (k + 1) * lanes});
+  if (k < count) shade(std::size_t{covered.pixel[k]}, k * lanes);
   return fragments;
 }
 

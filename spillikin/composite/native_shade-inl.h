@@ -27,12 +27,13 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // 1 / v to a few units in the last place.
-HWY_INLINE VF reciprocal(VF v) {
+template <class V>
+HWY_INLINE V reciprocal(const V& v) {
 #if HWY_ARCH_X86
-  const VF r = hn::ApproximateReciprocal(v);
-  return hn::MulAdd(r, hn::NegMulAdd(v, r, hn::Set(DF(), 1.0F)), r);
+  const V r = wide::ApproximateReciprocal(v);
+  return wide::MulAdd(r, wide::NegMulAdd(v, r, hn::Set(DF(), 1.0F)), r);
 #else
-  return hn::Div(hn::Set(DF(), 1.0F), v);
+  return wide::Div(hn::Set(DF(), 1.0F), v);
 #endif
 }
 
@@ -53,10 +54,12 @@ struct PieceV {
 
 // Where the rays of a vector run inside the cell: the scalar half way and half its change up to where the ray leaves,
 // and the length in world units.
-struct Segment {
-  VF mean, half;
-  VF length;
+template <class V>
+struct SegmentOf {
+  V mean, half;
+  V length;
 };
+using Segment = SegmentOf<VF>;
 
 template <bool Parallel>
 class Rays {
@@ -70,24 +73,30 @@ class Rays {
         half_per_middle_(hn::Set(DF(), 0.5F * batch.per_middle[i])),
         z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
 
-  // Lanes outside of the cell get no length and harmless values.
-  HWY_INLINE Segment operator()(VF near, VF far, hn::Mask<DF> inside, VF x, VF y, VF unit) const {
-    near = hn::IfThenElse(inside, near, middle_);
-    far = hn::IfThenElse(inside, far, middle_);
-    const VF at = hn::MulAdd(x_, x, hn::MulAdd(y_, y, t_));
-    VF depth = hn::Sub(near, far);
-    VF to_front = hn::Sub(middle_, near);
-    VF steep = apex_;
-    if constexpr (!Parallel) {
-      const VF u_near = hn::Add(near, z0_);
-      const VF u_far = hn::Add(far, z0_);
-      const VF both = reciprocal(hn::Mul(u_near, u_far));
-      to_front = hn::Mul(to_front, hn::Mul(u_far, both));
-      depth = hn::Mul(depth, both);
-      steep = hn::Sub(at, apex_);
+  // Lanes outside of the cell get no length, no change and a harmless scalar, whatever near and far are there.
+  template <class V, class M>
+  HWY_INLINE SegmentOf<V> operator()(const V& near, const V& far, const M& inside, const V& x, const V& y,
+                                     const V& unit) const {
+    const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, t_));
+    const V extent = wide::Sub(near, far);
+    const V to_front = wide::Sub(middle_, near);
+    if constexpr (Parallel) {
+      const V half_depth = wide::Mul(extent, half_per_middle_);
+      const V mean = wide::MulAdd(apex_, wide::Add(to_front, half_depth), at);
+      return {wide::IfThenElseZero(inside, mean), wide::IfThenElseZero(inside, wide::Mul(apex_, half_depth)),
+              wide::IfThenElseZero(inside, wide::Mul(extent, unit))};
+    } else {
+      const V u_near = wide::Add(near, z0_);
+      const V u_far = wide::Add(far, z0_);
+      const V both = reciprocal(wide::Mul(u_near, u_far));
+      const V depth = wide::Mul(extent, both);
+      const V steep = wide::Sub(at, apex_);
+      const V half_depth = wide::Mul(depth, half_per_middle_);
+      const V to_middle = wide::MulAdd(wide::Mul(to_front, u_far), both, half_depth);
+      return {wide::IfThenElseZero(inside, wide::MulAdd(steep, to_middle, at)),
+              wide::IfThenElseZero(inside, wide::Mul(steep, half_depth)),
+              wide::IfThenElseZero(inside, wide::Mul(depth, unit))};
     }
-    const VF half_depth = hn::Mul(depth, half_per_middle_);
-    return {hn::MulAdd(steep, hn::Add(to_front, half_depth), at), hn::Mul(steep, half_depth), hn::Mul(depth, unit)};
   }
 
  private:
@@ -101,33 +110,34 @@ class Shader;
 // each of its points. With v the share of the fragment above b, the ramp's mean is v times that over the share, its
 // part in the skew that a scalar linear along the fragment has is v^2 (3 - 2 v), and its second Legendre coefficient is
 // half of the scalar's change times v^2 (1 - v)^2; that of the light is alpha (m^2 - 3 d) / 60.
+template <class V>
 struct Ramps {
-  VF lo, hi;
-  VF half, per_change, opacity, tilt;
-  HWY_INLINE Ramps(const Segment& s, VF alpha, VF skew) : opacity(alpha), tilt(skew) {
+  V lo, hi;
+  V half, per_change, opacity, tilt;
+  HWY_INLINE Ramps(const SegmentOf<V>& s, const V& alpha, const V& skew) : opacity(alpha), tilt(skew) {
     const DF d;
     // One along which the scalar stays the same counts as one that changes by this much.
-    half = hn::Max(hn::Abs(s.half), hn::Set(d, 1.25e-7F));
-    lo = hn::Sub(s.mean, half);
-    hi = hn::Add(s.mean, half);
-    per_change = reciprocal(hn::Max(hn::Sub(hi, lo), hn::Set(d, 6e-8F)));
+    half = wide::Max(wide::Abs(s.half), hn::Set(d, 1.25e-7F));
+    lo = wide::Sub(s.mean, half);
+    hi = wide::Add(s.mean, half);
+    per_change = reciprocal(wide::Max(wide::Sub(hi, lo), hn::Set(d, 6e-8F)));
   }
-  HWY_INLINE VF bow(VF a, VF depth, VF growth) const {
+  HWY_INLINE V bow(const V& a, const V& depth, const V& growth) const {
     const DF d;
-    return hn::Mul(hn::Mul(hn::Mul(a, half), hn::Set(d, 1.0F / 12)),
-                   hn::NegMulAdd(hn::Set(d, 3.0F), growth, hn::Mul(depth, depth)));
+    return wide::Mul(wide::Mul(wide::Mul(a, half), hn::Set(d, 1.0F / 12)),
+                     wide::NegMulAdd(hn::Set(d, 3.0F), growth, wide::Mul(depth, depth)));
   }
   template <bool bowed>
-  HWY_INLINE VF weight(VF at, VF bow) const {
+  HWY_INLINE V weight(VF at, const V& bow) const {
     const DF d;
-    const VF from = hn::Max(lo, hn::Min(hi, at));
-    const VF share = hn::Mul(hn::Sub(hi, from), per_change);
-    const VF mean = hn::Mul(share, hn::MulAdd(hn::Set(d, 0.5F), hn::Add(hi, from), hn::Neg(at)));
-    const VF lean = hn::Mul(hn::Mul(share, share), hn::NegMulAdd(hn::Set(d, 2.0F), share, hn::Set(d, 3.0F)));
-    const VF w = hn::MulAdd(mean, opacity, hn::Mul(tilt, lean));
+    const V from = wide::Max(lo, wide::Min(hi, at));
+    const V share = wide::Mul(wide::Sub(hi, from), per_change);
+    const V mean = wide::Mul(share, wide::MulAdd(hn::Set(d, 0.5F), wide::Add(hi, from), wide::Neg(at)));
+    const V lean = wide::Mul(wide::Mul(share, share), wide::NegMulAdd(hn::Set(d, 2.0F), share, hn::Set(d, 3.0F)));
+    const V w = wide::MulAdd(mean, opacity, wide::Mul(tilt, lean));
     if constexpr (!bowed) return w;
-    const VF even = hn::NegMulAdd(share, share, share);
-    return hn::MulAdd(bow, hn::Mul(even, even), w);
+    const V even = wide::NegMulAdd(share, share, share);
+    return wide::MulAdd(bow, wide::Mul(even, even), w);
   }
 };
 
@@ -144,34 +154,35 @@ class StraightShader {
   // What scalars are to be given relative to.
   float anchor() const { return anchor_; }
 
-  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
+  template <class V, class At>
+  HWY_INLINE void blend(const SegmentOf<V>& s, const At& first, Pixels& pixels) const {
     const DF d;
-    const VF depth = hn::Mul(s.length, hn::MulAdd(line_.extinction_slope, s.mean, line_.extinction));
-    const VF growth = hn::Mul(hn::Mul(s.length, twice_slope_), s.half);
-    const VF alpha = Series::alpha(depth);
-    const VF skew = hn::Mul(s.half, Series::skew(depth, depth, growth, hn::Set(d, 1.0F)));
-    const VF light = hn::Load(d, pixels.light.data() + first);
-    const VF a = hn::Mul(light, alpha);
-    const VF tilt = hn::Mul(light, skew);
-    hn::Store(hn::Sub(light, a), d, pixels.light.data() + first);
-    const auto load = [&](const auto& channel) HWY_ATTR { return hn::Load(d, channel.data() + first); };
-    VF red = load(pixels.red), green = load(pixels.green), blue = load(pixels.blue);
-    const auto addLine = [&](const PieceV& piece, VF mean) HWY_ATTR {
-      const VF tint = hn::MulAdd(mean, a, tilt);
-      red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, tint, red));
-      green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, tint, green));
-      blue = hn::MulAdd(piece.blue, a, hn::MulAdd(piece.blue_slope, tint, blue));
+    const V depth = wide::Mul(s.length, wide::MulAdd(line_.extinction_slope, s.mean, line_.extinction));
+    const V growth = wide::Mul(wide::Mul(s.length, twice_slope_), s.half);
+    const V alpha = Series::alpha(depth);
+    const V skew = wide::Mul(s.half, Series::skew(depth, depth, growth, hn::Set(d, 1.0F)));
+    const V light = wide::load(pixels.light.data(), first);
+    const V a = wide::Mul(light, alpha);
+    const V tilt = wide::Mul(light, skew);
+    wide::store(wide::Sub(light, a), pixels.light.data(), first);
+    const auto load = [&](const auto& channel) HWY_ATTR { return wide::load(channel.data(), first); };
+    V red = load(pixels.red), green = load(pixels.green), blue = load(pixels.blue);
+    const auto addLine = [&](const PieceV& piece, const V& mean) HWY_ATTR {
+      const V tint = wide::MulAdd(mean, a, tilt);
+      red = wide::MulAdd(piece.red, a, wide::MulAdd(piece.red_slope, tint, red));
+      green = wide::MulAdd(piece.green, a, wide::MulAdd(piece.green_slope, tint, green));
+      blue = wide::MulAdd(piece.blue, a, wide::MulAdd(piece.blue_slope, tint, blue));
     };
     if constexpr (joints == 0) {
       addLine(line_, s.mean);
     } else {
-      const Ramps ramps(s, a, tilt);
-      const VF bow = bowed ? ramps.bow(a, depth, growth) : hn::Zero(d);
+      const Ramps<V> ramps(s, a, tilt);
+      const V bow = bowed ? ramps.bow(a, depth, growth) : wide::same<V>(hn::Zero(d));
       const auto addBend = [&](const Piece& p) HWY_ATTR {
-        const VF weight = ramps.template weight<bowed>(hn::Set(d, p.end - anchor_), bow);
-        red = hn::MulAdd(hn::Set(d, p.kink[0]), weight, red);
-        green = hn::MulAdd(hn::Set(d, p.kink[1]), weight, green);
-        blue = hn::MulAdd(hn::Set(d, p.kink[2]), weight, blue);
+        const V weight = ramps.template weight<bowed>(hn::Set(d, p.end - anchor_), bow);
+        red = wide::MulAdd(hn::Set(d, p.kink[0]), weight, red);
+        green = wide::MulAdd(hn::Set(d, p.kink[1]), weight, green);
+        blue = wide::MulAdd(hn::Set(d, p.kink[2]), weight, blue);
       };
       if constexpr (joints > 0) {
         addLine(line_, s.mean);
@@ -180,22 +191,22 @@ class StraightShader {
       } else {
         // From the piece of the lowest lane to that of the highest.
         std::int32_t k = 0;
-        while (k < count_ && hn::AllTrue(d, hn::Ge(ramps.lo, hn::Set(d, low_[k].end - anchor_))))
+        while (k < count_ && wide::AllTrue(wide::Ge(ramps.lo, hn::Set(d, low_[k].end - anchor_))))
           ++k;
-        addLine(PieceV(low_[k]), hn::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
-        for (; k < count_ && !hn::AllTrue(d, hn::Le(ramps.hi, hn::Set(d, low_[k].end - anchor_))); ++k)
+        addLine(PieceV(low_[k]), wide::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
+        for (; k < count_ && !wide::AllTrue(wide::Le(ramps.hi, hn::Set(d, low_[k].end - anchor_))); ++k)
           addBend(low_[k]);
       }
     }
-    hn::Store(red, d, pixels.red.data() + first);
-    hn::Store(green, d, pixels.green.data() + first);
-    hn::Store(blue, d, pixels.blue.data() + first);
+    wide::store(red, pixels.red.data(), first);
+    wide::store(green, pixels.green.data(), first);
+    wide::store(blue, pixels.blue.data(), first);
   }
 
  private:
   const Piece* low_;
   PieceV line_;
-  VF twice_slope_ = hn::Add(line_.extinction_slope, line_.extinction_slope);
+  VF twice_slope_ = wide::Add(line_.extinction_slope, line_.extinction_slope);
   float anchor_;
   std::int32_t count_;
 };
@@ -225,61 +236,64 @@ class Shader<Care::long_bends> : public StraightShader<ForwardSeries, -1> {
 };
 
 // A segment from its low end to its high one, whichever way the ray runs.
+template <class V>
 struct Rising {
-  VF lo, hi;
-  VF twice_rate;  // twice the length for each unit of the scalar
-  VF sign;        // -1 where the scalar falls along the ray
-  hn::Mask<DF> up;
-  explicit HWY_INLINE Rising(const Segment& s) {
+  V lo, hi;
+  V twice_rate;  // twice the length for each unit of the scalar
+  V sign;        // -1 where the scalar falls along the ray
+  decltype(wide::Ge(V(), V())) up;
+  explicit HWY_INLINE Rising(const SegmentOf<V>& s) {
     const DF d;
     // One along which the scalar stays the same counts as one that rises by this much.
-    const VF half = hn::Max(hn::Abs(s.half), hn::Set(d, 1.25e-7F));
-    lo = hn::Sub(s.mean, half);
-    hi = hn::Add(s.mean, half);
+    const V half = wide::Max(wide::Abs(s.half), hn::Set(d, 1.25e-7F));
+    lo = wide::Sub(s.mean, half);
+    hi = wide::Add(s.mean, half);
     // From the ends as rounded: the lengths of the parts must add up. (Lanes outside of the cell may lie anywhere.)
-    const VF change = hn::Max(hn::Sub(hi, lo), hn::Set(d, 6e-8F));
-    twice_rate = hn::Mul(hn::Add(s.length, s.length), reciprocal(change));
-    up = hn::Ge(s.half, hn::Zero(d));
+    const V change = wide::Max(wide::Sub(hi, lo), hn::Set(d, 6e-8F));
+    twice_rate = wide::Mul(wide::Add(s.length, s.length), reciprocal(change));
+    up = wide::Ge(s.half, hn::Zero(d));
     // From the comparison, not from the sign bit: a change of -0 rises.
-    sign = hn::IfThenElse(up, hn::Set(d, 1.0F), hn::Set(d, -1.0F));
+    sign = wide::IfThenElse(up, hn::Set(d, 1.0F), hn::Set(d, -1.0F));
   }
 };
 
 // The part of a thin segment between two values, in one piece of the transfer function. With f the light at the low end
 // of the part and f' at its high end, the part's opacity times its light is |f' - f|; where the scalar falls along the
 // ray, light is counted from the far end and grows. Returns f'.
-template <class Series>
-HWY_INLINE VF part(const Rising& r, const PieceV& piece, VF anchor, VF from, VF to, VF f, VF& opacity, VF& tint) {
+template <class Series, class V>
+HWY_INLINE V part(const Rising<V>& r, const PieceV& piece, VF anchor, const V& from, const V& to, const V& f,
+                  V& opacity, V& tint) {
   const DF d;
-  const VF half = hn::Mul(hn::Sub(to, from), hn::Set(d, 0.5F));
-  const VF mean = hn::Sub(hn::Add(from, half), anchor);
-  const VF length = hn::Mul(r.twice_rate, half);
-  const VF depth = hn::Mul(length, hn::MulAdd(piece.extinction_slope, mean, piece.extinction));
-  const VF growth = hn::Mul(hn::Mul(length, piece.extinction_slope), hn::Add(half, half));
-  const VF signed_depth = hn::Mul(depth, r.sign);
-  const VF fading = hn::Mul(f, Series::alpha(signed_depth));
-  const VF after = hn::Sub(f, fading);
-  opacity = hn::Abs(fading);  // not from f and f', whose difference has lost digits where the part is thin
-  const VF light = hn::IfThenElse(r.up, f, after);
-  tint = hn::MulAdd(mean, opacity, hn::Mul(hn::Mul(light, half), Series::skew(depth, signed_depth, growth, r.sign)));
+  const V half = wide::Mul(wide::Sub(to, from), hn::Set(d, 0.5F));
+  const V mean = wide::Sub(wide::Add(from, half), anchor);
+  const V length = wide::Mul(r.twice_rate, half);
+  const V depth = wide::Mul(length, wide::MulAdd(piece.extinction_slope, mean, piece.extinction));
+  const V growth = wide::Mul(wide::Mul(length, piece.extinction_slope), wide::Add(half, half));
+  const V signed_depth = wide::Mul(depth, r.sign);
+  const V fading = wide::Mul(f, Series::alpha(signed_depth));
+  const V after = wide::Sub(f, fading);
+  opacity = wide::Abs(fading);  // not from f and f', whose difference has lost digits where the part is thin
+  const V light = wide::IfThenElse(r.up, f, after);
+  tint =
+      wide::MulAdd(mean, opacity, wide::Mul(wide::Mul(light, half), Series::skew(depth, signed_depth, growth, r.sign)));
   return after;
 }
 
 // Blends a segment whose parts have been gathered from low to high: counted from the far end, f has grown to 1 / (the
 // light that comes through).
-HWY_INLINE void finish(const Rising& r, VF f, VF red, VF green, VF blue, std::size_t first, Pixels& pixels) {
-  const DF d;
-  const VF inverse = reciprocal(f);
-  const VF light = hn::Load(d, pixels.light.data() + first);
-  const VF scale = hn::IfThenElse(r.up, light, hn::Mul(light, inverse));
-  const auto add = [&](auto& channel, VF value) HWY_ATTR {
-    float* p = channel.data() + first;
-    hn::Store(hn::MulAdd(scale, value, hn::Load(d, p)), d, p);
+template <class V, class At>
+HWY_INLINE void finish(const Rising<V>& r, const V& f, const V& red, const V& green, const V& blue, const At& first,
+                       Pixels& pixels) {
+  const V inverse = reciprocal(f);
+  const V light = wide::load(pixels.light.data(), first);
+  const V scale = wide::IfThenElse(r.up, light, wide::Mul(light, inverse));
+  const auto add = [&](auto& channel, const V& value) HWY_ATTR {
+    wide::store(wide::MulAdd(scale, value, wide::load(channel.data(), first)), channel.data(), first);
   };
   add(pixels.red, red);
   add(pixels.green, green);
   add(pixels.blue, blue);
-  hn::Store(hn::Mul(light, hn::IfThenElse(r.up, f, inverse)), d, pixels.light.data() + first);
+  wide::store(wide::Mul(light, wide::IfThenElse(r.up, f, inverse)), pixels.light.data(), first);
 }
 
 // A thin fragment of a cell that reaches over two pieces: both parts at once, no branches.
@@ -294,15 +308,16 @@ class Shader<Care::cut> {
         high_anchor_(hn::Set(DF(), look.pieces[look.last].anchor)) {}
   float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
+  template <class V, class At>
+  HWY_INLINE void blend(const SegmentOf<V>& s, const At& first, Pixels& pixels) const {
     const DF d;
-    const Rising r(s);
-    const VF cut = hn::Max(r.lo, hn::Min(r.hi, cut_));
-    VF a0, t0, a1, t1;
-    VF f = part<ThinSeries>(r, low_, low_anchor_, r.lo, cut, hn::Set(d, 1.0F), a0, t0);
+    const Rising<V> r(s);
+    const V cut = wide::Max(r.lo, wide::Min(r.hi, cut_));
+    V a0, t0, a1, t1;
+    V f = part<ThinSeries>(r, low_, low_anchor_, r.lo, cut, wide::same<V>(hn::Set(d, 1.0F)), a0, t0);
     f = part<ThinSeries>(r, high_, high_anchor_, cut, r.hi, f, a1, t1);
-    const auto mix = [&](VF b0, VF s0, VF b1, VF s1) HWY_ATTR {
-      return hn::MulAdd(b0, a0, hn::MulAdd(s0, t0, hn::MulAdd(b1, a1, hn::Mul(s1, t1))));
+    const auto mix = [&](const VF& b0, const VF& s0, const VF& b1, const VF& s1) HWY_ATTR {
+      return wide::MulAdd(b0, a0, wide::MulAdd(s0, t0, wide::MulAdd(b1, a1, wide::Mul(s1, t1))));
     };
     finish(r, f, mix(low_.red, low_.red_slope, high_.red, high_.red_slope),
            mix(low_.green, low_.green_slope, high_.green, high_.green_slope),
@@ -321,24 +336,25 @@ class PiecewiseShader {
   explicit HWY_INLINE PiecewiseShader(const Look& look) : pieces_(look.pieces), first_(look.first), last_(look.last) {}
   float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
+  template <class V, class At>
+  HWY_INLINE void blend(const SegmentOf<V>& s, const At& first, Pixels& pixels) const {
     const DF d;
-    const Rising r(s);
-    VF red = hn::Zero(d), green = hn::Zero(d), blue = hn::Zero(d);
-    VF f = hn::Set(d, 1.0F);
-    VF from = r.lo;
+    const Rising<V> r(s);
+    V red = wide::same<V>(hn::Zero(d)), green = red, blue = red;
+    V f = wide::same<V>(hn::Set(d, 1.0F));
+    V from = r.lo;
     for (std::int32_t k = first_; k <= last_; ++k) {
       // The outermost pieces take whatever rounding has left over.
-      VF to = r.hi;
-      if (k < last_) to = hn::Max(r.lo, hn::Min(r.hi, hn::Set(d, pieces_[k].end)));
-      if (hn::AllTrue(d, hn::Eq(from, to))) continue;
+      V to = r.hi;
+      if (k < last_) to = wide::Max(r.lo, wide::Min(r.hi, hn::Set(d, pieces_[k].end)));
+      if (wide::AllTrue(wide::Eq(from, to))) continue;
       const PieceV piece(pieces_[k]);
-      VF a, t;
+      V a, t;
       f = part<Series>(r, piece, hn::Set(d, pieces_[k].anchor), from, to, f, a, t);
       from = to;
-      red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, t, red));
-      green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, t, green));
-      blue = hn::MulAdd(piece.blue, a, hn::MulAdd(piece.blue_slope, t, blue));
+      red = wide::MulAdd(piece.red, a, wide::MulAdd(piece.red_slope, t, red));
+      green = wide::MulAdd(piece.green, a, wide::MulAdd(piece.green_slope, t, green));
+      blue = wide::MulAdd(piece.blue, a, wide::MulAdd(piece.blue_slope, t, blue));
     }
     finish(r, f, red, green, blue, first, pixels);
   }
@@ -372,50 +388,51 @@ class Shader<Care::full> {
         hi_(hn::Set(DF(), look.hi)) {}
   float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
+  template <class V, class At>
+  HWY_INLINE void blend(const SegmentOf<V>& s, const At& first, Pixels& pixels) const {
     const DF d;
-    const VF front = hn::Clamp(hn::Sub(s.mean, s.half), lo_, hi_);
-    const VF back = hn::Clamp(hn::Add(s.mean, s.half), lo_, hi_);
-    const VF whole_change = hn::Sub(back, front);
-    VF red = hn::Zero(d), green = hn::Zero(d), blue = hn::Zero(d);
-    VF clear = hn::Set(d, 1.0F);
-    const auto up = hn::Ge(whole_change, hn::Zero(d));
-    const auto flat = hn::Eq(whole_change, hn::Zero(d));
-    const VF per_change = hn::Div(hn::Set(d, 1.0F), whole_change);
+    const V front = wide::Clamp(wide::Sub(s.mean, s.half), lo_, hi_);
+    const V back = wide::Clamp(wide::Add(s.mean, s.half), lo_, hi_);
+    const V whole_change = wide::Sub(back, front);
+    V red = wide::same<V>(hn::Zero(d)), green = red, blue = red;
+    V clear = wide::same<V>(hn::Set(d, 1.0F));
+    const auto up = wide::Ge(whole_change, hn::Zero(d));
+    const auto flat = wide::Eq(whole_change, hn::Zero(d));
+    const V per_change = wide::Div(hn::Set(d, 1.0F), whole_change);
     for (std::int32_t k = first_; k <= last_; ++k) {
       // The part of the segment in piece k; the outermost pieces take whatever rounding has left over.
       const VF begin = hn::Set(d, k == first_ ? -std::numeric_limits<float>::max() : pieces_[k - 1].end);
       const VF end = hn::Set(d, k == last_ ? std::numeric_limits<float>::max() : pieces_[k].end);
-      const VF from = hn::Clamp(front, begin, end);
-      const VF to = hn::Clamp(back, begin, end);
-      const VF change = hn::Sub(to, from);
-      const auto here = hn::And(hn::Ge(front, begin), hn::Lt(front, end));
-      const VF share = hn::IfThenElse(flat, hn::IfThenElseZero(here, hn::Set(d, 1.0F)), hn::Mul(change, per_change));
-      if (hn::AllTrue(d, hn::Eq(share, hn::Zero(d)))) continue;
+      const V from = wide::Clamp(front, begin, end);
+      const V to = wide::Clamp(back, begin, end);
+      const V change = wide::Sub(to, from);
+      const auto here = wide::And(wide::Ge(front, begin), wide::Lt(front, end));
+      const V share =
+          wide::IfThenElse(flat, wide::IfThenElseZero(here, hn::Set(d, 1.0F)), wide::Mul(change, per_change));
+      if (wide::AllTrue(wide::Eq(share, hn::Zero(d)))) continue;
       const PieceV piece(pieces_[k]);
       const VF anchor = hn::Set(d, pieces_[k].anchor);
-      const Glow glow =
-          anyDepth(hn::Sub(from, anchor), change, hn::Mul(share, s.length), piece.extinction, piece.extinction_slope);
+      const Glow<V> glow = anyDepth(wide::Sub(from, anchor), change, wide::Mul(share, s.length), piece.extinction,
+                                    piece.extinction_slope);
       // Towards higher values this part lies behind what has been gathered, towards lower ones before it.
-      const VF through = hn::Sub(hn::Set(d, 1.0F), glow.alpha);
-      const VF mine = hn::IfThenElse(up, clear, hn::Set(d, 1.0F));
-      const VF others = hn::IfThenElse(up, hn::Set(d, 1.0F), through);
-      const VF a = hn::Mul(mine, glow.alpha);
-      const VF t = hn::Mul(mine, glow.tint);
-      red = hn::MulAdd(piece.red, a, hn::MulAdd(piece.red_slope, t, hn::Mul(red, others)));
-      green = hn::MulAdd(piece.green, a, hn::MulAdd(piece.green_slope, t, hn::Mul(green, others)));
-      blue = hn::MulAdd(piece.blue, a, hn::MulAdd(piece.blue_slope, t, hn::Mul(blue, others)));
-      clear = hn::Mul(clear, through);
+      const V through = wide::Sub(hn::Set(d, 1.0F), glow.alpha);
+      const V mine = wide::IfThenElse(up, clear, hn::Set(d, 1.0F));
+      const V others = wide::IfThenElse(up, hn::Set(d, 1.0F), through);
+      const V a = wide::Mul(mine, glow.alpha);
+      const V t = wide::Mul(mine, glow.tint);
+      red = wide::MulAdd(piece.red, a, wide::MulAdd(piece.red_slope, t, wide::Mul(red, others)));
+      green = wide::MulAdd(piece.green, a, wide::MulAdd(piece.green_slope, t, wide::Mul(green, others)));
+      blue = wide::MulAdd(piece.blue, a, wide::MulAdd(piece.blue_slope, t, wide::Mul(blue, others)));
+      clear = wide::Mul(clear, through);
     }
-    const VF light = hn::Load(d, pixels.light.data() + first);
-    const auto add = [&](auto& channel, VF value) HWY_ATTR {
-      float* p = channel.data() + first;
-      hn::Store(hn::MulAdd(light, value, hn::Load(d, p)), d, p);
+    const V light = wide::load(pixels.light.data(), first);
+    const auto add = [&](auto& channel, const V& value) HWY_ATTR {
+      wide::store(wide::MulAdd(light, value, wide::load(channel.data(), first)), channel.data(), first);
     };
     add(pixels.red, red);
     add(pixels.green, green);
     add(pixels.blue, blue);
-    hn::Store(hn::Mul(light, clear), d, pixels.light.data() + first);
+    wide::store(wide::Mul(light, clear), pixels.light.data(), first);
   }
 
  private:
@@ -431,14 +448,13 @@ class Shader<Care::peak> {
   explicit HWY_INLINE Shader(const Look& look) : lo_(hn::Set(DF(), look.lo)), hi_(hn::Set(DF(), look.hi)) {}
   float anchor() const { return 0.0F; }
 
-  HWY_INLINE void blend(const Segment& s, std::size_t first, Pixels& pixels) const {
+  template <class V, class At>
+  HWY_INLINE void blend(const SegmentOf<V>& s, const At& first, Pixels& pixels) const {
     const DF d;
-    const auto some = hn::Gt(s.length, hn::Zero(d));
-    const VF peak = hn::IfThenElseZero(some, hn::Clamp(hn::Add(s.mean, hn::Abs(s.half)), lo_, hi_));
-    float* red = pixels.red.data() + first;
-    float* light = pixels.light.data() + first;
-    hn::Store(hn::Max(hn::Load(d, red), peak), d, red);
-    hn::Store(hn::IfThenZeroElse(some, hn::Load(d, light)), d, light);
+    const auto some = wide::Gt(s.length, hn::Zero(d));
+    const V peak = wide::IfThenElseZero(some, wide::Clamp(wide::Add(s.mean, wide::Abs(s.half)), lo_, hi_));
+    wide::store(wide::Max(wide::load(pixels.red.data(), first), peak), pixels.red.data(), first);
+    wide::store(wide::IfThenZeroElse(some, wide::load(pixels.light.data(), first)), pixels.light.data(), first);
   }
 
  private:

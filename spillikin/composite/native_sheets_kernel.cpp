@@ -27,9 +27,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 using DS = hn::RebindToSigned<DF>;
 using VS = hn::Vec<DS>;
 
-HWY_INLINE VF formAt(const float* x_form, const float* y_form, const float* form, VF x, VF y) {
+template <class V>
+HWY_INLINE V formAt(const float* x_form, const float* y_form, const float* form, const V& x, const V& y) {
   const DF d;
-  return hn::MulAdd(hn::Set(d, *x_form), x, hn::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
+  return wide::MulAdd(hn::Set(d, *x_form), x, wide::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
 }
 
 // One end of the intervals of a vector of rays: how near, on which sheet, and, if that is folded, on which side of the
@@ -83,24 +84,25 @@ HWY_INLINE Interval intervalOf(const SheetCell& cell, VF x, VF y) {
 }
 
 // What clip planes and the half-spaces of a piece leave of each ray.
+template <class V>
 struct Limits {
-  VF near, far;
+  V near, far;
 };
 
-HWY_INLINE Limits limitsOf(const TileView& view, const Pixels& pixels, std::span<const WholeCell::Bound> bounds,
-                           std::size_t first, VF x, VF y) {
-  const DF d;
-  const VF none = hn::Set(d, std::numeric_limits<float>::infinity());
-  Limits limits{none, hn::Neg(none)};
+template <class V, class At>
+HWY_INLINE Limits<V> limitsOf(const TileView& view, const Pixels& pixels, std::span<const WholeCell::Bound> bounds,
+                              const At& first, const V& x, const V& y) {
+  const V none = wide::same<V>(hn::Set(DF(), std::numeric_limits<float>::infinity()));
+  Limits<V> limits{none, wide::Neg(none)};
   if (view.clipped) {
-    limits = {hn::Load(d, pixels.clip_near.data() + first), hn::Load(d, pixels.clip_far.data() + first)};
+    limits = {wide::load(pixels.clip_near.data(), first), wide::load(pixels.clip_far.data(), first)};
   }
   for (const WholeCell::Bound& bound : bounds) {
-    const VF z = formAt(&bound.nearness[0], &bound.nearness[1], &bound.nearness[2], x, y);
+    const V z = formAt(&bound.nearness[0], &bound.nearness[1], &bound.nearness[2], x, y);
     if (bound.entry) {
-      limits.near = hn::Min(limits.near, z);
+      limits.near = wide::Min(limits.near, z);
     } else {
-      limits.far = hn::Max(limits.far, z);
+      limits.far = wide::Max(limits.far, z);
     }
   }
   return limits;
@@ -108,8 +110,8 @@ HWY_INLINE Limits limitsOf(const TileView& view, const Pixels& pixels, std::span
 
 // A gap takes one end or the other of the interval, or leaves two: those lanes are returned. A part is none where it is
 // too short to count in the order.
-HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap, const Limits& limits,
-                                 VF x, VF y, Interval& in) {
+HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap,
+                                 const Limits<VF>& limits, VF x, VF y, Interval& in) {
   const DF d;
   // Both are one triangle each.
   End out = onSheet<false>(cell, gap.leaves, x, y);
@@ -165,7 +167,7 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
       const VF y = hn::Load(d, centres.y[by] + sub);
       const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
       Interval in = intervalOf<Folded, Sheets>(c.cell, x, y);
-      Limits limits{};
+      Limits<VF> limits{};
       if constexpr (Cut) limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
       if constexpr (Careful) {
         auto hard = hn::MaskFromVec(hn::Zero(d));
@@ -210,6 +212,7 @@ class PerSheet {
     if constexpr (lanes == 16 || lanes == 8) low_ = hn::LoadU(DF(), of);
     if constexpr (lanes == 8) high_ = hn::LoadU(DF(), of + 8);
   }
+  HWY_INLINE Two<VF> operator()(const Two<VS>& sheet) const { return {(*this)(sheet.a), (*this)(sheet.b)}; }
   HWY_INLINE VF operator()(VS sheet) const {
     const DF d;
     if constexpr (lanes == 16) {
@@ -247,68 +250,82 @@ class SheetRays {
         anchor_(hn::Set(DF(), anchor)),
         z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
 
-  HWY_INLINE VF depth(VF z) const { return Parallel ? hn::Sub(z0_, z) : reciprocal(hn::Add(z, z0_)); }
+  template <class V>
+  HWY_INLINE V depth(const V& z) const {
+    return Parallel ? wide::Sub(z0_, z) : reciprocal(wide::Add(z, z0_));
+  }
 
   // Relative to the anchor.
-  HWY_INLINE VF scalar(VS sheet, VF side, VF depth, VF x, VF y) const {
-    const VF rate = hn::MulAdd(x_(sheet), x, hn::MulAdd(y_(sheet), y, hn::MulAdd(bend_(sheet), side, t_(sheet))));
-    const VF base = hn::Sub(base_(sheet), anchor_);
-    return Parallel ? hn::Add(rate, base) : hn::MulAdd(rate, depth, base);
+  template <class V, class S>
+  HWY_INLINE V scalar(const S& sheet, const V& side, const V& depth, const V& x, const V& y) const {
+    const V rate = wide::MulAdd(x_(sheet), x, wide::MulAdd(y_(sheet), y, wide::MulAdd(bend_(sheet), side, t_(sheet))));
+    const V base = wide::Sub(base_(sheet), anchor_);
+    return Parallel ? wide::Add(rate, base) : wide::MulAdd(rate, depth, base);
   }
-  HWY_INLINE VF side(VS sheet, VF x, VF y) const {
-    const VF form = hn::MulAdd(side_x_(sheet), x, hn::MulAdd(side_y_(sheet), y, side_t_(sheet)));
-    return hn::Max(form, hn::Zero(DF()));
+  template <class V, class S>
+  HWY_INLINE V side(const S& sheet, const V& x, const V& y) const {
+    const V form = wide::MulAdd(side_x_(sheet), x, wide::MulAdd(side_y_(sheet), y, side_t_(sheet)));
+    return wide::Max(form, hn::Zero(DF()));
   }
 
-  // Lanes that are not inside get no length and harmless values. `limits` as far as Clipped, which then trims near, far
-  // and inside.
-  template <bool Clipped>
-  HWY_INLINE Segment segment(const float* covered, std::size_t first, VF unit, VF& near, VF& far, hn::Mask<DF>& inside,
-                             const Pixels& pixels, std::span<const WholeCell::Bound> bounds) const {
+  // Lanes that are not inside get no length and harmless values. `at` is where the vectors of SheetCoverage begin.
+  // Trims near, far and inside where Clipped.
+  template <bool Clipped, class V, class M, class At>
+  HWY_INLINE SegmentOf<V> segment(const float* covered, const At& at, const At& first, V& near, V& far, M& inside,
+                                  const Pixels& pixels, std::span<const WholeCell::Bound> bounds) const {
     const DF d;
     const VF half = hn::Set(d, 0.5F);
-    const VF x = centresX(first), y = centresY(first);
-    near = hn::IfThenElseZero(inside, near);
-    far = hn::IfThenElseZero(inside, far);
-    VF begin = depth(near), end = depth(far);
+    const V x = centresX(first), y = centresY(first);
+    near = wide::IfThenElseZero(inside, near);
+    far = wide::IfThenElseZero(inside, far);
+    V begin = depth(near), end = depth(far);
     const std::size_t lanes = hn::Lanes(d);
-    const VS near_sheet = hn::BitCast(DS(), hn::Load(d, covered + 2 * lanes));
-    const VS far_sheet = hn::BitCast(DS(), hn::Load(d, covered + 3 * lanes));
-    VF near_side, far_side;
+    const auto near_sheet = sheetsAt(covered + 2 * lanes, at);
+    const auto far_sheet = sheetsAt(covered + 3 * lanes, at);
+    V near_side, far_side;
     if (folded_) {
-      near_side = hn::Load(d, covered + 4 * lanes);
-      far_side = hn::Load(d, covered + 5 * lanes);
+      near_side = wide::load(covered + 4 * lanes, at);
+      far_side = wide::load(covered + 5 * lanes, at);
     } else {
       near_side = side(near_sheet, x, y);
       far_side = side(far_sheet, x, y);
     }
-    VF front = scalar(near_sheet, near_side, begin, x, y);
-    VF back = scalar(far_sheet, far_side, end, x, y);
+    V front = scalar(near_sheet, near_side, begin, x, y);
+    V back = scalar(far_sheet, far_side, end, x, y);
     if constexpr (Clipped) {
-      const Limits limits = limitsOf(view_, pixels, bounds, first, x, y);
-      near = hn::Min(near, limits.near);
-      far = hn::Max(far, limits.far);
-      inside = hn::And(inside, hn::Gt(near, far));
-      near = hn::IfThenElseZero(inside, near);
-      far = hn::IfThenElseZero(inside, far);
+      const Limits<V> limits = limitsOf(view_, pixels, bounds, first, x, y);
+      near = wide::Min(near, limits.near);
+      far = wide::Max(far, limits.far);
+      inside = wide::And(inside, wide::Gt(near, far));
+      near = wide::IfThenElseZero(inside, near);
+      far = wide::IfThenElseZero(inside, far);
       // The field runs on as if nothing were cut; an interval too short for float to tell its ends apart has one value.
-      const VF extent = hn::Sub(end, begin);
-      const auto long_enough = hn::And(inside, hn::Gt(extent, hn::Zero(d)));
-      const VF rate = hn::IfThenElseZero(long_enough, hn::Div(hn::Sub(back, front), extent));
-      const VF lo = hn::Min(front, back), hi = hn::Max(front, back), start = front, from = begin;
+      const V extent = wide::Sub(end, begin);
+      const auto long_enough = wide::And(inside, wide::Gt(extent, hn::Zero(d)));
+      const V rate = wide::IfThenElseZero(long_enough, wide::Div(wide::Sub(back, front), extent));
+      const V lo = wide::Min(front, back), hi = wide::Max(front, back), start = front, from = begin;
       begin = depth(near);
       end = depth(far);
-      front = hn::Clamp(hn::MulAdd(rate, hn::Sub(begin, from), start), lo, hi);
-      back = hn::Clamp(hn::MulAdd(rate, hn::Sub(end, from), start), lo, hi);
+      front = wide::Clamp(wide::MulAdd(rate, wide::Sub(begin, from), start), lo, hi);
+      back = wide::Clamp(wide::MulAdd(rate, wide::Sub(end, from), start), lo, hi);
     }
-    VF length = hn::Sub(near, far);
-    if constexpr (!Parallel) length = hn::Mul(length, hn::Mul(begin, end));
-    const VF half_change = hn::IfThenElseZero(inside, hn::Mul(hn::Sub(back, front), half));
-    return {hn::IfThenElseZero(inside, hn::Mul(hn::Add(front, back), half)), half_change,
-            hn::IfThenElseZero(inside, hn::Mul(length, unit))};
+    V length = wide::Sub(near, far);
+    if constexpr (!Parallel) length = wide::Mul(length, wide::Mul(begin, end));
+    const V half_change = wide::IfThenElseZero(inside, wide::Mul(wide::Sub(back, front), half));
+    return {wide::IfThenElseZero(inside, wide::Mul(wide::Add(front, back), half)), half_change,
+            wide::IfThenElseZero(inside, wide::Mul(length, wide::load(pixels.length.data(), first)))};
   }
 
  private:
+  template <class At>
+  static HWY_INLINE auto sheetsAt(const float* covered, const At& at) {
+    if constexpr (wide::is_two<At>) {
+      return wide::two(sheetsAt(covered, at.a), sheetsAt(covered, at.b));
+    } else {
+      return hn::BitCast(DS(), hn::Load(DF(), covered + at));
+    }
+  }
+
   const TileView& view_;
   PerSheet base_, x_, y_, t_, bend_, side_x_, side_y_, side_t_;
   bool folded_;
@@ -345,26 +362,29 @@ struct Painting {
   std::size_t count;
 };
 
+// Vectors by twos: they are of different pixels.
 template <bool Parallel, bool Clipped, Care care>
 HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
-  const DF d;
-  const std::size_t lanes = hn::Lanes(d);
+  const std::size_t lanes = hn::Lanes(DF());
   const Shader<care> shader(p.cell.look);
   const SheetRays<Parallel> rays(p.view, p.cell, shader.anchor());
   const Certificate certificate(p.view);
   std::size_t fragments = 0;
-  for (std::size_t k = 0; k < p.count; ++k) {
-    const std::size_t first = p.covered.pixel[k];
-    const float* covered = p.covered.vector + SheetCoverage::width * lanes * k;
-    VF near = hn::Load(d, covered);
-    VF far = hn::Load(d, covered + lanes);
-    auto inside = hn::Gt(near, far);
-    const Segment segment = rays.template segment<Clipped>(covered, first, hn::Load(d, pixels.length.data() + first),
-                                                           near, far, inside, pixels, p.bounds);
-    fragments += hn::CountTrue(d, inside);
+  const auto shade = [&](const auto& first, const auto& at) HWY_ATTR {
+    auto near = wide::load(p.covered.vector, at);
+    auto far = wide::load(p.covered.vector + lanes, at);
+    auto inside = wide::Gt(near, far);
+    const auto segment =
+        rays.template segment<Clipped>(p.covered.vector, at, first, near, far, inside, pixels, p.bounds);
+    fragments += wide::CountTrue(inside);
     certificate.check(near, far, inside, first, pixels);
     shader.blend(segment, first, pixels);
-  }
+  };
+  const std::size_t step = SheetCoverage::width * lanes;
+  std::size_t k = 0;
+  for (; k + 1 < p.count; k += 2)
+    shade(Two<std::size_t>{p.covered.pixel[k], p.covered.pixel[k + 1]}, Two<std::size_t>{k * step, (k + 1) * step});
+  if (k < p.count) shade(std::size_t{p.covered.pixel[k]}, k * step);
   return fragments;
 }
 
@@ -449,8 +469,8 @@ HWY_NOINLINE void collectOne(const Painting& p, const PixelMask& wanted, const P
     VF near = hn::Load(d, covered);
     VF far = hn::Load(d, covered + lanes);
     auto inside = hn::Gt(near, far);
-    const Segment segment = rays.template segment<true>(covered, first, hn::Load(d, pixels.length.data() + first), near,
-                                                        far, inside, pixels, p.bounds);
+    const Segment segment =
+        rays.template segment<true>(covered, std::size_t{0}, first, near, far, inside, pixels, p.bounds);
     unsigned bits = maskBits(inside) & (static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels));
     if (bits == 0) continue;
     for (auto* channel : {&blank.red, &blank.green, &blank.blue})
