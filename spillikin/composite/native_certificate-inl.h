@@ -34,9 +34,9 @@ class Certificate {
  public:
   explicit HWY_INLINE Certificate(const TileView& view)
       : at_(hn::Set(DF(), view.overlap_at)),
-        slope_(hn::Set(DF(), 1.0F + view.overlap_slope)),
-        solid_at_(hn::Set(DF(), solid_share * view.overlap_at)),
-        solid_slope_(hn::Set(DF(), 1.0F + solid_share * view.overlap_slope)) {}
+        slope_(hn::Set(DF(), view.early_slope)),
+        solid_at_(hn::Set(DF(), view.solid_at)),
+        solid_slope_(hn::Set(DF(), view.solid_slope)) {}
 
   template <class V, class M, class At>
   HWY_INLINE void check(const V& near, const V& far, const M& inside, const At& first, Pixels& pixels) const {

@@ -37,6 +37,9 @@ struct TileView {
   double nearness_scale = 1.0;  // how near the mesh is, roughly
   float rounding = 0.0F;        // of a depth in float, as a share of it (as a depth, in a parallel view)
   float overlap_at = 0.0F, overlap_slope = 0.0F;
+  // What a cell's kernel begins with, ready to be spread over a vector: depths' z0; a fragment is solid where near >
+  // solid_slope far + solid_at, and early where near > early_slope last + overlap_at.
+  float z0 = 0.0F, early_slope = 1.0F, solid_at = 0.0F, solid_slope = 1.0F;
   float steepest = 0.0F;  // more nearness a tile than this, and a plane is edge-on (a share of the cell's, if relative)
   bool relative = false;  // nearness is plain inverse depth
   HandBack hand_back;

@@ -292,7 +292,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     const auto steady = hn::Le(hn::Mul(steep, hn::Set(d, view.rounding)),
                                hn::Mul(hn::Set(d, 0.02F), hn::Sub(load(batch.hi), load(batch.lo))));
     VF steepest = hn::Set(d, view.steepest);
-    if (view.relative) steepest = hn::Mul(steepest, load(batch.per_middle));
+    if (view.relative) steepest = hn::Mul(hn::Add(steepest, steepest), load(batch.half_per_middle));
     const auto flat_on = hn::Le(load(batch.slope), steepest);
     const VF length = hn::Mul(load(batch.thickness), hn::Set(d, view.longest));
     hn::Mask<DF> decided;
@@ -362,7 +362,7 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
       const VD middle = hn::Sub(hn::Mul(hn::Add(depth_lo, depth_hi), hn::Set(d, 0.5)), hn::Set(d, screen.depths().z0));
       setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
       storeHalf(hn::Neg(middle), batch.middle_nearness + i);
-      storeHalf(hn::Set(d, 1.0), batch.per_middle + i);
+      storeHalf(hn::Set(d, 0.5), batch.half_per_middle + i);
       storeHalf(hn::Sub(depth_hi, depth_lo), batch.thickness + i);
     } else {
       const VD front = hn::Max(depth_lo, hn::Zero(d));
@@ -370,7 +370,7 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
       const VD per_middle = hn::Div(hn::Set(d, 1.0), middle);
       setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
       storeHalf(hn::Sub(per_middle, hn::Set(d, screen.depths().z0)), batch.middle_nearness + i);
-      storeHalf(per_middle, batch.per_middle + i);
+      storeHalf(hn::Mul(per_middle, hn::Set(d, 0.5)), batch.half_per_middle + i);
       storeHalf(hn::Sub(depth_hi, front), batch.thickness + i);
     }
   }

@@ -70,8 +70,8 @@ class Rays {
         t_(hn::Set(DF(), batch.at[2][i] - anchor)),
         apex_(hn::Set(DF(), Parallel ? -batch.apex[i] : batch.apex[i] - anchor)),
         middle_(hn::Set(DF(), batch.middle_nearness[i])),
-        half_per_middle_(hn::Set(DF(), 0.5F * batch.per_middle[i])),
-        z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
+        half_per_middle_(hn::Set(DF(), batch.half_per_middle[i])),
+        z0_(hn::Set(DF(), view.z0)) {}
 
   // Lanes outside of the cell get no length, no change and a harmless scalar, whatever near and far are there.
   template <class V, class M>
@@ -120,7 +120,7 @@ struct Ramps {
     half = wide::Max(wide::Abs(s.half), hn::Set(d, 1.25e-7F));
     lo = wide::Sub(s.mean, half);
     hi = wide::Add(s.mean, half);
-    per_change = reciprocal(wide::Max(wide::Sub(hi, lo), hn::Set(d, 6e-8F)));
+    per_change = reciprocal(wide::Add(half, half));
   }
   HWY_INLINE V bow(const V& a, const V& depth, const V& growth) const {
     const DF d;
@@ -130,9 +130,9 @@ struct Ramps {
   template <bool bowed>
   HWY_INLINE V weight(VF at, const V& bow) const {
     const DF d;
-    const V from = wide::Max(lo, wide::Min(hi, at));
-    const V share = wide::Mul(wide::Sub(hi, from), per_change);
-    const V mean = wide::Mul(share, wide::MulAdd(hn::Set(d, 0.5F), wide::Add(hi, from), wide::Neg(at)));
+    const V above = wide::Sub(hi, at);
+    const V share = wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(d)), hn::Set(d, 1.0F));
+    const V mean = wide::Mul(share, wide::NegMulAdd(share, half, above));
     const V lean = wide::Mul(wide::Mul(share, share), wide::NegMulAdd(hn::Set(d, 2.0F), share, hn::Set(d, 3.0F)));
     const V w = wide::MulAdd(mean, opacity, wide::Mul(tilt, lean));
     if constexpr (!bowed) return w;

@@ -248,7 +248,7 @@ class SheetRays {
         side_t_(cell.side[2]),
         folded_(cell.folded),
         anchor_(hn::Set(DF(), anchor)),
-        z0_(hn::Set(DF(), static_cast<float>(view.screen->depths().z0))) {}
+        z0_(hn::Set(DF(), view.z0)) {}
 
   template <class V>
   HWY_INLINE V depth(const V& z) const {

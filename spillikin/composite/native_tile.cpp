@@ -86,6 +86,10 @@ void TilePainter::setView() {
     view_.overlap_at = static_cast<float>(overlap_tolerance * range);
     view_.overlap_slope = 0.0F;
   }
+  view_.z0 = static_cast<float>(depths.z0);
+  view_.early_slope = 1.0F + view_.overlap_slope;
+  view_.solid_at = solid_share * view_.overlap_at;
+  view_.solid_slope = 1.0F + solid_share * view_.overlap_slope;
 }
 
 // The eye's own limit is depth above 0: nearness from that of infinity up.

@@ -33,7 +33,7 @@ HWY_INLINE Segment between(const TileView& view, const WholeCell& cell, VF& near
                            hn::Mask<DF>& inside, std::size_t first, const Pixels& pixels, float anchor) {
   const DF d;
   const VF half = hn::Set(d, 0.5F);
-  const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
+  const VF z0 = hn::Set(d, view.z0);
   const auto depth = [&](VF z) HWY_ATTR { return Parallel ? hn::Sub(z0, z) : reciprocal(hn::Add(z, z0)); };
   near = hn::IfThenElse(inside, near, hn::Zero(d));
   far = hn::IfThenElse(inside, far, hn::Zero(d));
@@ -125,7 +125,7 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
   const std::size_t lanes = hn::Lanes(d);
   const Shader<care> shader(cell.look);
   const Certificate certificate(view);
-  const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
+  const VF z0 = hn::Set(d, view.z0);
   std::size_t fragments = 0;
   for (int by = cell.blocks.y0; by < cell.blocks.y1; ++by) {
     for (int bx = cell.blocks.x0; bx < cell.blocks.x1; ++bx) {
@@ -173,7 +173,7 @@ void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const Shader<Care::full> shader(cell.look);
-  const VF z0 = hn::Set(d, static_cast<float>(view.screen->depths().z0));
+  const VF z0 = hn::Set(d, view.z0);
   Pixels& blank = scratch.blank;
   alignas(64) float nears[block_pixels];
   alignas(64) float fars[block_pixels];
