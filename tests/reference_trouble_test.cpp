@@ -1,10 +1,14 @@
 // Bad input: overlapping, hidden, inverted, collapsed, degenerate and nonconvex cells; faces seen edge-on.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <glm/geometric.hpp>
 #include <numeric>
+#include <random>
 
 #include "reference_support.h"
 #include "spillikin/base/error.h"
+#include "spillikin/mesh/subdivide.h"
 
 namespace spillikin::tests {
 namespace {
@@ -183,6 +187,47 @@ TEST(ReferenceTrouble, EveryCellTypeFillsItsVolume) {
       EXPECT_NEAR(volume, c.volume, 2e-3 * c.volume) << int{c.source.types[0]};
     }
   }
+}
+
+// A cell of a real grid, warped so that in some attitudes, which number its corners in other orders, its tetrahedra
+// overlap: it is then coned from a point inside, as it is drawn, and every ray is as long in its tetrahedra as in the
+// cell.
+TEST(ReferenceTrouble, TetrahedraOfAWarpedCellFillIt) {
+  const std::vector<Vec3> corners{{0.008, -0.144, 0.007}, {0.186, -0.166, -0.144}, {0.186, 0.126, -0.188},
+                                  {0.008, 0.150, -0.037}, {-0.096, -0.113, 0.130}, {0.105, -0.134, 0.197},
+                                  {0.064, 0.160, 0.127},  {-0.130, 0.182, 0.065}};
+  std::size_t coned = 0;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int attitude = 0; attitude < 40; ++attitude) {
+    SCOPED_TRACE(attitude);
+    const Vec3 x = glm::normalize(Vec3(unit(random), unit(random), unit(random)));
+    const Vec3 y = glm::normalize(glm::cross(x, Vec3(unit(random), unit(random), unit(random))));
+    std::vector<Vec3> turned;
+    for (const Vec3& p : corners)
+      turned.push_back(p.x * x + p.y * y + p.z * glm::cross(x, y));
+    const Scene scene(oneCell(12, turned));
+    coned += mesh::tetrahedralize(scene.mesh).centre_offset.size() - 1;
+    Options whole, tets;
+    tets.model = mesh::FieldModel::tets;
+    View view = lookAt({0.5, -0.7, 1.1}, {0.02, 0.01, 0.02}, 40, 40);
+    view.parallel_scale = 0.3;
+    Report report;
+    scene.caster.render(view, constantMedium(1.0), tets, &report);
+    EXPECT_EQ(report.overlaps, 0U);
+    std::vector<Interval> in_cell, in_tetrahedra;
+    double length = 0.0;
+    for (int row = 0; row < view.height; ++row) {
+      for (int column = 0; column < view.width; ++column) {
+        scene.caster.intervals(view, column + 0.5, row + 0.5, whole, in_cell);
+        scene.caster.intervals(view, column + 0.5, row + 0.5, tets, in_tetrahedra);
+        ASSERT_NEAR(totalLength(in_tetrahedra), totalLength(in_cell), 1e-9) << column << ' ' << row;
+        length += totalLength(in_cell);
+      }
+    }
+    EXPECT_GT(length, 30.0);
+  }
+  EXPECT_GT(coned, 0U);
 }
 
 // A hexahedron whose top has two high corners, at (0,0) and (1,1), and two low ones. Cut from low to low the top is a

@@ -96,7 +96,7 @@ struct RayCaster::Impl {
 void RayCaster::Impl::prepare(const Options& options) const {
   if (options.samples < 1) throw Error("samples per pixel must be at least 1");
   if (options.model == mesh::FieldModel::tets && !mesh.tetrahedral()) {
-    std::call_once(once, [this] { tetrahedra = std::make_unique<Tetrahedra>(mesh); });
+    std::call_once(once, [this] { tetrahedra = std::make_unique<Tetrahedra>(mesh, field); });
   }
 }
 
@@ -146,9 +146,9 @@ void RayCaster::Impl::addCell(const Line& line, mesh::Id cell, Scratch& s) const
 }
 
 void RayCaster::Impl::addTetrahedra(const Line& line, mesh::Id cell, Scratch& s) const {
-  const double* values = field.association == mesh::Association::points ? field.values.data() : nullptr;
+  const double* values = tetrahedra->values.empty() ? nullptr : tetrahedra->values.data();
   for (std::size_t t = tetrahedra->offset[cell]; t < tetrahedra->offset[cell + 1]; ++t) {
-    cross(line, mesh.points, tetrahedra->all[t], tetrahedron, values, s.cell);
+    cross(line, tetrahedra->points, tetrahedra->all[t], tetrahedron, values, s.cell);
     addCrossings(cell, false, s);
   }
 }
