@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <type_traits>
 #include <vector>
 
 // Once for each instruction set; the best that the machine has is taken at run time.
@@ -43,6 +44,27 @@ struct FaceOrder {
 };
 constexpr FaceOrder face_order;
 
+// Steps through the blocks of a box, row by row, as the first pixels of each.
+class Blocks {
+ public:
+  HWY_INLINE Blocks(const CellBatch& batch, std::size_t i)
+      : columns_(static_cast<std::size_t>(batch.block_x1[i] + 1 - batch.block_x0[i])),
+        count_(columns_ * static_cast<std::size_t>(batch.block_y1[i] + 1 - batch.block_y0[i])),
+        at_(block_pixels * static_cast<std::size_t>(batch.block_y0[i] * block_columns + batch.block_x0[i])) {}
+  HWY_INLINE std::size_t count() const { return count_; }
+  HWY_INLINE std::size_t next() {
+    const std::size_t first = at_;
+    ++column_;
+    const bool end = column_ == columns_;
+    at_ += block_pixels + (end ? block_pixels * (block_columns - columns_) : 0);
+    column_ = end ? 0 : column_;
+    return first;
+  }
+
+ private:
+  std::size_t columns_, count_, at_, column_ = 0;
+};
+
 template <unsigned Entered, bool Clipped>
 HWY_NOINLINE std::size_t cover(const CellBatch& batch, std::size_t i, const Pixels& pixels, Coverage& out) {
   const DF d;
@@ -54,51 +76,59 @@ HWY_NOINLINE std::size_t cover(const CellBatch& batch, std::size_t i, const Pixe
   const VF x2 = face(2, 0), y2 = face(2, 1), t2 = face(2, 2);
   const VF x3 = face(3, 0), y3 = face(3, 1), t3 = face(3, 2);
   const VF eye = hn::Set(d, batch.eye_nearness);
-  const auto x_first = static_cast<std::size_t>(batch.block_x0[i]);
-  const auto columns = static_cast<std::size_t>(batch.block_x1[i] + 1) - x_first;
-  const auto rows = static_cast<std::size_t>(batch.block_y1[i] + 1 - batch.block_y0[i]);
-  auto by = static_cast<std::size_t>(batch.block_y0[i]);
   std::size_t n = 0;
-  std::size_t column = 0;
-  // One loop over rows and columns: two would end at as good as random.
-  for (std::size_t block = 0; block < rows * columns; ++block) {
-    const std::size_t bx = x_first + column;
-    for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
-      const VF x = hn::Load(d, centres.x[bx] + sub);
-      const VF y = hn::Load(d, centres.y[by] + sub);
-      const VF z0 = hn::MulAdd(x0, x, hn::MulAdd(y0, y, t0));
-      const VF z1 = hn::MulAdd(x1, x, hn::MulAdd(y1, y, t1));
-      const VF z2 = hn::MulAdd(x2, x, hn::MulAdd(y2, y, t2));
-      const VF z3 = hn::MulAdd(x3, x, hn::MulAdd(y3, y, t3));
-      VF near, far;
-      if constexpr (Entered == 0) {
-        near = eye;
-        far = hn::Max(hn::Max(z0, z1), hn::Max(z2, z3));
-      } else if constexpr (Entered == 1) {
-        near = z0;
-        far = hn::Max(hn::Max(z1, z2), z3);
-      } else if constexpr (Entered == 2) {
-        near = hn::Min(z0, z1);
-        far = hn::Max(z2, z3);
-      } else {
-        near = hn::Min(hn::Min(z0, z1), z2);
-        far = z3;
-      }
-      const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
-      if constexpr (Clipped) {
-        near = hn::Min(near, hn::Load(d, pixels.clip_near.data() + first));
-        far = hn::Max(far, hn::Load(d, pixels.clip_far.data() + first));
-      }
-      hn::Store(near, d, out.near + n * lanes);
-      hn::Store(far, d, out.far + n * lanes);
-      out.pixel[n] = static_cast<std::uint32_t>(first);
-      // No branch on what is as good as random: an empty vector's place is taken by the next one.
-      const bool some = !hn::AllFalse(d, hn::Gt(near, far));
-      n += static_cast<std::size_t>(some) & pixels.live[first];
+  const auto keep = [&](const VF& near, const VF& far, std::size_t first) HWY_ATTR {
+    hn::Store(near, d, out.near + n * lanes);
+    hn::Store(far, d, out.far + n * lanes);
+    out.pixel[n] = static_cast<std::uint32_t>(first);
+    // No branch on what is as good as random: an empty vector's place is taken by the next one.
+    const bool some = !hn::AllFalse(d, hn::Gt(near, far));
+    n += static_cast<std::size_t>(some) & pixels.live[first];
+  };
+  const auto coverAt = [&](const auto& first) HWY_ATTR {
+    const auto x = centresX(first), y = centresY(first);
+    using V = std::remove_const_t<decltype(x)>;
+    const V z0 = wide::MulAdd(x0, x, wide::MulAdd(y0, y, t0));
+    const V z1 = wide::MulAdd(x1, x, wide::MulAdd(y1, y, t1));
+    const V z2 = wide::MulAdd(x2, x, wide::MulAdd(y2, y, t2));
+    const V z3 = wide::MulAdd(x3, x, wide::MulAdd(y3, y, t3));
+    V near, far;
+    if constexpr (Entered == 0) {
+      near = wide::same<V>(eye);
+      far = wide::Max(wide::Max(z0, z1), wide::Max(z2, z3));
+    } else if constexpr (Entered == 1) {
+      near = z0;
+      far = wide::Max(wide::Max(z1, z2), z3);
+    } else if constexpr (Entered == 2) {
+      near = wide::Min(z0, z1);
+      far = wide::Max(z2, z3);
+    } else {
+      near = wide::Min(wide::Min(z0, z1), z2);
+      far = z3;
     }
-    ++column;
-    by += static_cast<std::size_t>(column == columns);
-    column = column == columns ? 0 : column;
+    if constexpr (Clipped) {
+      near = wide::Min(near, wide::load(pixels.clip_near.data(), first));
+      far = wide::Max(far, wide::load(pixels.clip_far.data(), first));
+    }
+    if constexpr (wide::is_two<V>) {
+      keep(near.a, far.a, first.a);
+      keep(near.b, far.b, first.b);
+    } else {
+      keep(near, far, first);
+    }
+  };
+  // One loop over rows and columns: two would end at as good as random.
+  Blocks blocks(batch, i);
+  std::size_t block = 0;
+  for (; block + 1 < blocks.count(); block += 2) {
+    const std::size_t a = blocks.next(), b = blocks.next();
+    for (std::size_t sub = 0; sub < block_pixels; sub += lanes)
+      coverAt(Two<std::size_t>{a + sub, b + sub});
+  }
+  if (block < blocks.count()) {
+    const std::size_t a = blocks.next();
+    for (std::size_t sub = 0; sub < block_pixels; sub += lanes)
+      coverAt(a + sub);
   }
   return n;
 }
