@@ -134,6 +134,34 @@ TEST(Picture, RaysAlmostAlongFaces) {
   }
 }
 
+// Rays of the middle row run along edges of faces that bend away from them by next to nothing: such a ray leaves the
+// cell below where it has come in, and comes back farther on to leave at once.
+TEST(Picture, RaysAlongEdgesOfBentFaces) {
+  mesh::Source source = tests::hexahedronGrid(4);
+  const Vec3 middle = source.points[source.points.size() / 2];
+  for (std::size_t i = 0; i < source.points.size(); ++i) {
+    Vec3& p = source.points[i];
+    p -= middle;
+    p.x += 0.05 * std::sin(5.0 * p.y + 3.0 * p.z);
+    p.z += 0.05 * std::sin(4.0 * p.x + 2.0 * p.y);
+    if (p.y == 0.0 && i % 3 == 0) p.y = -3e-6;
+  }
+  render::Session session(source, {.backend = composite::Backend::native});
+  std::vector<View> aslant;
+  for (const double azimuth : {0.0, 17.0, 31.0, 58.0, 90.0, 123.0, 201.0}) {
+    View view = session.defaultView(65, 65);
+    view.target.y = 0.0;
+    view.eye.y = 0.0;
+    render::turnView(view, {azimuth, 0.0, 1.0});
+    view.eye.y = 0.0;
+    aslant.push_back(view);
+  }
+  for (const Truth& truth : truths(session, aslant)) {
+    expectEqual(session, truth, "native");
+    EXPECT_EQ(session.stats().certificate.unresolved, 0U) << truth.label;
+  }
+}
+
 // A gas that only glows, smoke, radiographs and the largest scalar: on gaps, cycles, curved cells and constant ones.
 TEST(Picture, UnderAnyOptics) {
   const mesh::Source cells = withValuesOfCells(tests::interlockedTori(5));

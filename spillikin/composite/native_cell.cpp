@@ -198,7 +198,6 @@ bool CellShape::cross(const Triangle& t, const Vec3& ray, Crossing& out) const {
   }
   out.depth = std::clamp(depth, t.lo, t.hi);
   out.value = t.value[0] + b * (t.value[1] - t.value[0]) + c * (t.value[2] - t.value[0]);
-  out.leaves = side != t.turned;
   return true;
 }
 
@@ -210,14 +209,14 @@ void CellShape::spans(double x, double y, std::vector<Span>& out) {
   for (const Triangle& t : triangles_) {
     if (cross(t, ray, crossing)) crossings_.push_back(crossing);
   }
-  // Where two crossings meet, the one that leaves comes first: an interval between them would be of no length.
-  std::sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) {
-    return a.depth != b.depth ? a.depth < b.depth : a.leaves > b.leaves;
-  });
-  for (std::size_t i = 0; i + 1 < crossings_.size(); ++i) {
+  std::sort(crossings_.begin(), crossings_.end(),
+            [](const Crossing& a, const Crossing& b) { return a.depth < b.depth; });
+  // By twos, whichever of them leave: a ray along an edge may leave the cell where it has come in, and come back
+  // farther on to leave at once, and where crossings meet rounding turns their order round.
+  for (std::size_t i = 0; i + 1 < crossings_.size(); i += 2) {
     const Crossing& a = crossings_[i];
     const Crossing& b = crossings_[i + 1];
-    if (!a.leaves && b.leaves) out.push_back({a.depth, b.depth, a.value, b.value});
+    out.push_back({a.depth, b.depth, a.value, b.value});
   }
   trim(x, y, out);
 }

@@ -57,7 +57,6 @@ class CellShape {
   struct Crossing {
     double depth = 0.0;
     double value = 0.0;
-    bool leaves = false;
   };
   void addTriangle(const std::array<mesh::Id, 3>& corner);
   bool positive(double at, const Vec3& size, mesh::Id a, mesh::Id b, const Vec3& ray) const;
