@@ -162,6 +162,28 @@ TEST(Picture, RaysAlongEdgesOfBentFaces) {
   }
 }
 
+// Over part of the mesh the scalar fades to where float has no numbers left, as what diffuses does.
+TEST(Picture, FieldThatFadesToNothing) {
+  mesh::Source source = tests::delaunayCube(300, 5);
+  mesh::Array fading{"fading", mesh::Association::points, 1, {}};
+  for (std::size_t i = 0; i < source.points.size(); ++i) {
+    const double x = source.points[i].x;
+    fading.values.push_back(x > 0.8 ? x - 0.8 : 1e-43 * static_cast<double>(7 * i % 31));
+  }
+  source.arrays = {fading};
+  render::Session native(source, {.backend = composite::Backend::native});
+  render::Session osmesa(source, {.backend = composite::Backend::osmesa});
+  const reference::RayCaster caster(native.mesh(), native.field());
+  const View view = views(native, 96)[1];
+  for (const double extinction : {0.3, 3.0, 30.0}) {
+    const integrate::TransferFunction look({{0.1, {0.2, 0.5, 0.8}, extinction}, {0.2, {0.9, 0.4, 0.1}, extinction}});
+    const Truth truth{view, look, caster.render(view, look, {}), caster.edgeOnMask(view),
+                      "extinction " + std::to_string(extinction)};
+    expectEqual(native, truth, "native");
+    expectEqual(osmesa, truth, "osmesa");
+  }
+}
+
 // A gas that only glows, smoke, radiographs and the largest scalar: on gaps, cycles, curved cells and constant ones.
 TEST(Picture, UnderAnyOptics) {
   const mesh::Source cells = withValuesOfCells(tests::interlockedTori(5));

@@ -397,7 +397,8 @@ class Shader<Care::full> {
     V red = wide::same<V>(hn::Zero(d)), green = red, blue = red;
     V clear = wide::same<V>(hn::Set(d, 1.0F));
     const auto up = wide::Ge(whole_change, hn::Zero(d));
-    const auto flat = wide::Eq(whole_change, hn::Zero(d));
+    // On a scale of [0, 1]; of less than this the inverse would have no end.
+    const auto flat = wide::Lt(wide::Abs(whole_change), hn::Set(d, 1e-30F));
     const V per_change = wide::Div(hn::Set(d, 1.0F), whole_change);
     for (std::int32_t k = first_; k <= last_; ++k) {
       // The part of the segment in piece k; the outermost pieces take whatever rounding has left over.
