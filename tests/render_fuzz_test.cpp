@@ -137,8 +137,8 @@ render::Engine anyEngine(Dice& dice, const mesh::Source& source) {
   return engine;
 }
 
-// Marks the pixels near whose centre, nearer than 1/256 of a pixel, is a border of what the rays meet. A peak is as
-// bright at the end of the shortest chord, and no float says where that end is.
+// Marks the pixels nearer to whose centre than 1/16 of a pixel is a border of what the rays meet. A peak is as bright
+// at the end of the shortest chord, and of flat cells no float says where that end is.
 void markBorders(const reference::RayCaster& caster, const View& view, const reference::Options& options,
                  std::vector<std::uint8_t>& apart) {
   std::vector<reference::Interval> on_ray;
