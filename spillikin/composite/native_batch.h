@@ -145,7 +145,7 @@ struct CellBatch {
   alignas(64) PerCell<float> apex;
   alignas(64) PerCell<float> middle_nearness;
   alignas(64) PerCell<float> half_per_middle;  // half of 1 / middle in perspective, of 1 in a parallel view
-  alignas(64) PerCell<float> lo, hi;      // range of the scalar
+  alignas(64) PerCell<float> lo, hi;           // range of the scalar
   alignas(64) PerCell<std::int32_t> first_piece, last_piece;
   alignas(64) PerCell<float> thickness;  // in depth, at most
   // Blocks of pixels that the cell may cover, first and last; x0 > x1 where there are none.

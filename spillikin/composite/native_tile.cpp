@@ -290,7 +290,7 @@ bool TilePainter::collect(std::span<const Entry> entries, std::size_t most) {
 bool TilePainter::wantedIn(const Box& blocks) const {
   for (int y = blocks.y0; y < blocks.y1; ++y) {
     for (int x = blocks.x0; x < blocks.x1; ++x) {
-      if (wanted_[static_cast<std::size_t>(y * block_columns + x)] != 0) return true;
+      if (wanted_[static_cast<std::size_t>(y) * block_columns + static_cast<std::size_t>(x)] != 0) return true;
     }
   }
   return false;
