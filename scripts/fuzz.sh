@@ -1,9 +1,9 @@
 #!/bin/sh
 # Damages small files of every format and reads them: each must be read to a consistent mesh or refused in one line. Then
-# orders random meshes of curved cells from everywhere: no ray may meet an inversion. Then draws random pictures, which the
-# ground truth judges.
-#   fuzz.sh BUILD_FOLDER    RUNS, MESHES, PICTURES and SEED in the environment choose how many files of each format, how
-#                           many times six meshes, how many pictures, and from which seed on
+# draws random pictures, which the ground truth judges. Then orders random meshes of curved cells from everywhere: no ray
+# may meet an inversion.
+#   fuzz.sh BUILD_FOLDER    RUNS, PICTURES, MESHES and SEED in the environment choose how many files of each format, how
+#                           many pictures, how many times six meshes, and from which seed on
 set -eu
 runs=${RUNS:-2000}
 seed=${SEED:-$(date +%s)}

@@ -167,10 +167,7 @@ HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch,
     const auto unit = wide::load(pixels.length.data(), first);
     shader.blend(rays(near, far, inside, centresX(first), centresY(first), unit), first, pixels);
   };
-  std::size_t k = 0;
-  for (; k + 1 < count; k += 2)
-    shade(Two<std::size_t>{covered.pixel[k], covered.pixel[k + 1]}, Two<std::size_t>{k * lanes, (k + 1) * lanes});
-  if (k < count) shade(std::size_t{covered.pixel[k]}, k * lanes);
+  wide::byTwos(covered.pixel, count, lanes, shade);
   return fragments;
 }
 

@@ -380,11 +380,7 @@ HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
     certificate.check(near, far, inside, first, pixels);
     shader.blend(segment, first, pixels);
   };
-  const std::size_t step = SheetCoverage::width * lanes;
-  std::size_t k = 0;
-  for (; k + 1 < p.count; k += 2)
-    shade(Two<std::size_t>{p.covered.pixel[k], p.covered.pixel[k + 1]}, Two<std::size_t>{k * step, (k + 1) * step});
-  if (k < p.count) shade(std::size_t{p.covered.pixel[k]}, k * step);
+  wide::byTwos(p.covered.pixel, p.count, SheetCoverage::width * lanes, shade);
   return fragments;
 }
 

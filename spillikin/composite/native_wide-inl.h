@@ -12,6 +12,7 @@
 #include <hwy/highway.h>
 
 #include <cstddef>
+#include <cstdint>
 
 HWY_BEFORE_NAMESPACE();
 namespace spillikin::composite::native::HWY_NAMESPACE {
@@ -140,6 +141,16 @@ HWY_INLINE void store(const V& v, float* values, const At& first) {
   } else {
     hn::Store(v, DF(), values + first);
   }
+}
+
+// Calls f with the places of vectors, two at a time and the last of an odd number alone: `pixel` is where each lies in
+// the tile, and in their own array one begins every `step` floats.
+template <class F>
+HWY_INLINE void byTwos(const std::uint32_t* pixel, std::size_t count, std::size_t step, const F& f) {
+  std::size_t k = 0;
+  for (; k + 1 < count; k += 2)
+    f(Two<std::size_t>{pixel[k], pixel[k + 1]}, Two<std::size_t>{k * step, (k + 1) * step});
+  if (k < count) f(std::size_t{pixel[k]}, k * step);
 }
 
 }  // namespace wide
