@@ -285,6 +285,24 @@ TEST(CompositeNative, HiddenCellsAreNotDrawn) {
   expectExact(s, viewOf(s, {1.0, 0.6, 0.8}, 64, 48));
 }
 
+// Cells of a few pixels each take a short series about their middle: seen from nearby at a wide angle, where it is at
+// its worst, from far away, and without perspective; clear, and dense enough for some to be left to longer ones.
+TEST(CompositeNative, SmallCellsAreRightFromAnywhere) {
+  for (const double density : {0.6, 6.0}) {
+    const Subject s(delaunayCube(800, 23), "", "viridis", density);
+    const auto expectRight = [&](const View& view) { expectExact(s, view, sort::Algorithm::mpvo, 0.1 * step); };
+    expectRight(viewOf(s, {1.0, 0.6, 0.8}, 40, 28));
+    View view = viewOf(s, {1.0, 0.6, 0.8}, 40, 28, 0.8);
+    view.view_angle = 110.0;
+    expectRight(view);
+    view = viewOf(s, {0.2, 0.9, -0.5}, 40, 28, 4000.0);
+    view.view_angle = 0.03;
+    expectRight(view);
+    view.parallel_scale = 0.8;
+    expectRight(view);
+  }
+}
+
 // Every third cell in two pieces, as a cycle would be cut: together they are the cell.
 TEST(CompositeNative, PiecesMakeUpTheCell) {
   mesh::Source small = hexahedronGrid(4, 0.1, 7);

@@ -78,8 +78,10 @@ struct Look {
 };
 
 // What shades a tetrahedron's fragments: its care, with a number of bends of its own where they are few, so that no
-// branch depends on a fragment.
+// branch depends on a fragment. Small cells (native_small-inl.h) come first, straight and with one bend.
 enum class Kind : std::int32_t {
+  small,
+  small_bend,
   none,
   bend,
   bends1,
@@ -131,6 +133,27 @@ inline Kind kindOf(Care care, std::int32_t bends) {
   return Kind::edge_on;
 }
 
+// The faces of a cell by the code of those that it is left through: entered faces first.
+struct FaceOrder {
+  std::uint8_t slot[16][4] = {};
+  alignas(64) std::int32_t packed[16] = {};   // the slots, two bits each
+  alignas(64) std::int32_t entered[16] = {};  // how many are
+  constexpr FaceOrder() {
+    for (unsigned code = 0; code < 16; ++code) {
+      unsigned n = 0;
+      for (const unsigned left : {0U, 1U}) {
+        for (unsigned f = 0; f < 4; ++f) {
+          if ((code >> f & 1U) == left) slot[code][n++] = static_cast<std::uint8_t>(f);
+        }
+        if (left == 0) entered[code] = static_cast<std::int32_t>(n);
+      }
+      for (unsigned k = 0; k < 4; ++k)
+        packed[code] |= slot[code][k] << (2 * k);
+    }
+  }
+};
+inline constexpr FaceOrder face_order;
+
 struct CellBatch {
   template <class T>
   using PerCell = T[batch_cells];
@@ -148,12 +171,19 @@ struct CellBatch {
   alignas(64) PerCell<float> lo, hi;           // range of the scalar
   alignas(64) PerCell<std::int32_t> first_piece, last_piece;
   alignas(64) PerCell<float> thickness;  // in depth, at most
-  // Blocks of pixels that the cell may cover, first and last; x0 > x1 where there are none.
+  // Blocks of pixels that the cell's box touches, first and last; x0 > x1 where there are none. Of these, those with
+  // pixels on the inner side of every line that bounds the cell on the screen: a bit each, the lower half first.
   alignas(64) PerCell<std::int32_t> block_x0, block_x1, block_y0, block_y1;
+  alignas(64) PerCell<std::int32_t> blocks[2];
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
   alignas(64) PerCell<float> slope;             // of nearness over the tile, on the steepest face
   alignas(64) PerCell<Kind> kind;
+  alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;  // of small cells, see native_small-inl.h
 
+  std::uint64_t blockBits(std::size_t i) const {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(blocks[1][i])) << 32U |
+           static_cast<std::uint32_t>(blocks[0][i]);
+  }
   Look look(const Piece* pieces, std::size_t i) const { return {pieces, first_piece[i], last_piece[i], lo[i], hi[i]}; }
 
   bool parallel = false;

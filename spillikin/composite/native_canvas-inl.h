@@ -46,7 +46,7 @@ void clear(const TileView& view, Pixels& pixels) {
     hn::Store(hn::Sqrt(hn::MulAdd(u, u, hn::MulAdd(v, v, hn::Mul(w, w)))), d, pixels.length.data() + i);
   }
   pixels.flagged.fill(0);
-  pixels.live.fill(1);
+  pixels.live = ~std::uint64_t{0};
 }
 
 // Four rows of a tile as the image has them.

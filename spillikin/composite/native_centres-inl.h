@@ -9,7 +9,9 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 
 #include "spillikin/composite/native_centres.h"
 #include "spillikin/composite/native_thin-inl.h"
@@ -34,6 +36,36 @@ HWY_INLINE auto centresY(const At& first) {
     return wide::two(centresY(first.a), centresY(first.b));
   } else {
     return hn::Load(DF(), centres.y[first / block_pixels / block_columns] + first % block_pixels);
+  }
+}
+
+// Calls f with the first pixels of the vectors of blocks, a bit each: of two blocks at a time, and of the last of an
+// odd number alone.
+template <class F>
+HWY_INLINE void byTwoBlocks(std::uint64_t blocks, const F& f) {
+  const std::size_t lanes = hn::Lanes(DF());
+  const auto next = [&blocks]() HWY_ATTR {
+    const auto block = static_cast<std::size_t>(std::countr_zero(blocks));
+    blocks &= blocks - 1;
+    return block * block_pixels;
+  };
+  while ((blocks & (blocks - 1)) != 0) {
+    const std::size_t a = next(), b = next();
+    for (std::size_t sub = 0; sub < block_pixels; sub += lanes)
+      f(Two<std::size_t>{a + sub, b + sub});
+  }
+  if (blocks == 0) return;
+  const std::size_t a = next();
+  for (std::size_t sub = 0; sub < block_pixels; sub += lanes)
+    f(a + sub);
+}
+
+// The same of one vector at a time.
+template <class F>
+HWY_INLINE void byBlocks(std::uint64_t blocks, const F& f) {
+  for (; blocks != 0; blocks &= blocks - 1) {
+    for (std::size_t sub = 0; sub < block_pixels; sub += hn::Lanes(DF()))
+      f(static_cast<std::size_t>(std::countr_zero(blocks)) * block_pixels + sub);
   }
 }
 

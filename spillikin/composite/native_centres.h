@@ -21,4 +21,19 @@ struct Centres {
 };
 inline constexpr Centres centres;
 
+// The middles of a tile's blocks, relative to the tile, and how far from them pixel centres lie each way.
+struct BlockMiddles {
+  alignas(64) float x[tile_blocks];
+  alignas(64) float y[tile_blocks];
+  constexpr BlockMiddles() : x{}, y{} {
+    for (int b = 0; b < tile_blocks; ++b) {
+      x[b] = static_cast<float>(4 * (b % block_columns)) + 2.0F;
+      // NOLINTNEXTLINE(bugprone-integer-division): the row of block b
+      y[b] = static_cast<float>(4 * (b / block_columns)) + 2.0F;
+    }
+  }
+};
+inline constexpr BlockMiddles block_middles;
+inline constexpr float block_reach = 1.5F;
+
 }  // namespace spillikin::composite::native

@@ -61,14 +61,11 @@ class Certificate {
   VF at_, slope_, solid_at_, solid_slope_;
 };
 
-// Marks the vectors with pixels that are wanted as those that cells need come to.
-HWY_INLINE void lookAtWanted(const PixelMask& wanted, Pixels& pixels) {
-  const std::size_t lanes = hn::Lanes(DF());
-  const unsigned full = static_cast<unsigned>((std::uint64_t{1} << lanes) - 1);
-  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
-    const unsigned bits = static_cast<unsigned>(wanted[i / block_pixels]) >> (i % block_pixels) & full;
-    pixels.live[i] = static_cast<std::uint8_t>(bits != 0);
-  }
+// Marks the blocks with pixels that are wanted as those that cells need come to.
+inline void lookAtWanted(const PixelMask& wanted, Pixels& pixels) {
+  pixels.live = 0;
+  for (std::size_t block = 0; block < tile_blocks; ++block)
+    pixels.live |= std::uint64_t{wanted[block] != 0} << block;
 }
 
 }  // namespace

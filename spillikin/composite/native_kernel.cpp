@@ -1,7 +1,6 @@
 #include "spillikin/composite/native_kernel.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <type_traits>
 #include <vector>
@@ -16,8 +15,10 @@
 #include "spillikin/composite/native_canvas-inl.h"
 #include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_crossing-inl.h"
 #include "spillikin/composite/native_setup-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
+#include "spillikin/composite/native_small-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace spillikin::composite::native::HWY_NAMESPACE {
@@ -25,234 +26,161 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The faces of a cell by the code of those it is left through: entered faces first.
-struct FaceOrder {
-  std::uint8_t slot[16][4] = {};
-  std::uint8_t entered[16] = {};
-  constexpr FaceOrder() {
-    for (unsigned code = 0; code < 16; ++code) {
-      unsigned n = 0;
-      for (unsigned f = 0; f < 4; ++f) {
-        if ((code >> f & 1U) == 0) slot[code][n++] = static_cast<std::uint8_t>(f);
-      }
-      entered[code] = static_cast<std::uint8_t>(n);
-      for (unsigned f = 0; f < 4; ++f) {
-        if ((code >> f & 1U) != 0) slot[code][n++] = static_cast<std::uint8_t>(f);
-      }
-    }
-  }
-};
-constexpr FaceOrder face_order;
+// Whether rays must be kept within the pixels' ranges in cell i.
+HWY_INLINE bool limited(const TileView& view, const CellBatch& batch, std::size_t i) {
+  return view.clipped || batch.straddles[i] != 0;
+}
 
-// Steps through the blocks of a box, row by row, as the first pixels of each.
-class Blocks {
+// What shades the fragments of a cell, from where they begin and end.
+template <bool Parallel, class S>
+class Shading {
  public:
-  HWY_INLINE Blocks(const CellBatch& batch, std::size_t i)
-      : columns_(static_cast<std::size_t>(batch.block_x1[i] + 1 - batch.block_x0[i])),
-        count_(columns_ * static_cast<std::size_t>(batch.block_y1[i] + 1 - batch.block_y0[i])),
-        at_(block_pixels * static_cast<std::size_t>(batch.block_y0[i] * block_columns + batch.block_x0[i])) {}
-  HWY_INLINE std::size_t count() const { return count_; }
-  HWY_INLINE std::size_t next() {
-    const std::size_t first = at_;
-    ++column_;
-    const bool end = column_ == columns_;
-    at_ += block_pixels + (end ? block_pixels * (block_columns - columns_) : 0);
-    column_ = end ? 0 : column_;
-    return first;
+  HWY_INLINE Shading(const TileView& view, const CellBatch& batch, std::size_t i)
+      : shader_(batch.look(view.screen->pieces().data(), i)), rays_(view, batch, i, shader_.anchor()) {}
+
+  template <class V, class M, class At>
+  HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
+                        Pixels& pixels) const {
+    const V unit = wide::load(pixels.length.data(), first);
+    shader_.blend(rays_(near, far, inside, x, y, unit), first, pixels);
   }
 
  private:
-  std::size_t columns_, count_, at_, column_ = 0;
+  S shader_;
+  Rays<Parallel> rays_;
 };
 
-template <unsigned Entered, bool Clipped>
-HWY_NOINLINE std::size_t cover(const CellBatch& batch, std::size_t i, const Pixels& pixels, Coverage& out) {
-  const DF d;
-  const std::size_t lanes = hn::Lanes(d);
-  const std::uint8_t* slot = face_order.slot[batch.code[i]];
-  const auto face = [&](unsigned k, unsigned c) HWY_ATTR { return hn::Set(d, batch.face[slot[k]][c][i]); };
-  const VF x0 = face(0, 0), y0 = face(0, 1), t0 = face(0, 2);
-  const VF x1 = face(1, 0), y1 = face(1, 1), t1 = face(1, 2);
-  const VF x2 = face(2, 0), y2 = face(2, 1), t2 = face(2, 2);
-  const VF x3 = face(3, 0), y3 = face(3, 1), t3 = face(3, 2);
-  const VF eye = hn::Set(d, batch.eye_nearness);
-  std::size_t n = 0;
-  const auto keep = [&](const VF& near, const VF& far, std::size_t first) HWY_ATTR {
-    hn::Store(near, d, out.near + n * lanes);
-    hn::Store(far, d, out.far + n * lanes);
-    out.pixel[n] = static_cast<std::uint32_t>(first);
-    // No branch on what is as good as random: an empty vector's place is taken by the next one.
-    const bool some = !hn::AllFalse(d, hn::Gt(near, far));
-    n += static_cast<std::size_t>(some) & pixels.live[first];
-  };
-  const auto coverAt = [&](const auto& first) HWY_ATTR {
-    const auto x = centresX(first), y = centresY(first);
-    using V = std::remove_const_t<decltype(x)>;
-    const V z0 = wide::MulAdd(x0, x, wide::MulAdd(y0, y, t0));
-    const V z1 = wide::MulAdd(x1, x, wide::MulAdd(y1, y, t1));
-    const V z2 = wide::MulAdd(x2, x, wide::MulAdd(y2, y, t2));
-    const V z3 = wide::MulAdd(x3, x, wide::MulAdd(y3, y, t3));
-    V near, far;
-    if constexpr (Entered == 0) {
-      near = wide::same<V>(eye);
-      far = wide::Max(wide::Max(z0, z1), wide::Max(z2, z3));
-    } else if constexpr (Entered == 1) {
-      near = z0;
-      far = wide::Max(wide::Max(z1, z2), z3);
-    } else if constexpr (Entered == 2) {
-      near = wide::Min(z0, z1);
-      far = wide::Max(z2, z3);
-    } else {
-      near = wide::Min(wide::Min(z0, z1), z2);
-      far = z3;
-    }
-    if constexpr (Clipped) {
-      near = wide::Min(near, wide::load(pixels.clip_near.data(), first));
-      far = wide::Max(far, wide::load(pixels.clip_far.data(), first));
-    }
-    if constexpr (wide::is_two<V>) {
-      keep(near.a, far.a, first.a);
-      keep(near.b, far.b, first.b);
-    } else {
-      keep(near, far, first);
-    }
-  };
-  // One loop over rows and columns: two would end at as good as random.
-  Blocks blocks(batch, i);
-  std::size_t block = 0;
-  for (; block + 1 < blocks.count(); block += 2) {
-    const std::size_t a = blocks.next(), b = blocks.next();
-    for (std::size_t sub = 0; sub < block_pixels; sub += lanes)
-      coverAt(Two<std::size_t>{a + sub, b + sub});
-  }
-  if (block < blocks.count()) {
-    const std::size_t a = blocks.next();
-    for (std::size_t sub = 0; sub < block_pixels; sub += lanes)
-      coverAt(a + sub);
-  }
-  return n;
-}
-
-template <bool Clipped>
-HWY_INLINE std::size_t coverAny(const CellBatch& batch, std::size_t i, const Pixels& pixels, Coverage& out) {
-  switch (face_order.entered[batch.code[i]]) {
-    case 0:
-      return batch.parallel ? 0 : cover<0, true>(batch, i, pixels, out);
-    case 1:
-      return cover<1, Clipped>(batch, i, pixels, out);
-    case 2:
-      return cover<2, Clipped>(batch, i, pixels, out);
-    case 3:
-      return cover<3, Clipped>(batch, i, pixels, out);
-    default:
-      return 0;
-  }
-}
-
-// Vectors by twos: they are of different pixels.
-template <bool Parallel, class S>
-HWY_NOINLINE std::size_t shadeCell(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
-                                   std::size_t count, Pixels& pixels) {
-  const std::size_t lanes = hn::Lanes(DF());
-  const S shader(batch.look(view.screen->pieces().data(), i));
-  const Rays<Parallel> rays(view, batch, i, shader.anchor());
+// One cell onto the pixels. Returns its fragments.
+template <class Shade>
+HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellBatch& batch, std::size_t i, std::uint64_t blocks,
+                                   Pixels& pixels) {
+  const Shade shade(view, batch, i);
+  const Crossing crossing(batch, i, limited(view, batch, i));
   const Certificate certificate(view);
   std::size_t fragments = 0;
-  const auto shade = [&](const auto& first, const auto& at) HWY_ATTR {
-    const auto near = wide::load(covered.near, at);
-    const auto far = wide::load(covered.far, at);
+  byTwoBlocks(blocks, [&](const auto& first) HWY_ATTR {
+    const auto x = centresX(first), y = centresY(first);
+    std::remove_const_t<decltype(x)> near, far;
+    crossing(x, y, first, pixels, near, far);
     const auto inside = wide::Gt(near, far);
     fragments += wide::CountTrue(inside);
     certificate.check(near, far, inside, first, pixels);
-    const auto unit = wide::load(pixels.length.data(), first);
-    shader.blend(rays(near, far, inside, centresX(first), centresY(first), unit), first, pixels);
-  };
-  wide::byTwos(covered.pixel, count, lanes, shade);
+    shade.blend(near, far, inside, x, y, first, pixels);
+  });
   return fragments;
 }
 
-// The vectors that cell i may cover.
-HWY_INLINE std::size_t coverCell(const TileView& view, const CellBatch& batch, std::size_t i, const Pixels& pixels,
-                                 Coverage& covered) {
-  if (batch.block_x0[i] > batch.block_x1[i] || batch.block_y0[i] > batch.block_y1[i]) return 0;
-  return view.clipped || batch.straddles[i] != 0 ? coverAny<true>(batch, i, pixels, covered)
-                                                 : coverAny<false>(batch, i, pixels, covered);
-}
-
 template <bool Parallel>
-HWY_INLINE std::size_t shadeKind(const TileView& view, const CellBatch& batch, std::size_t i, const Coverage& covered,
-                                 std::size_t n, Pixels& pixels) {
+HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, std::size_t i, std::uint64_t blocks,
+                                 Pixels& pixels) {
+  const auto paint = [&](auto shade)
+                         HWY_ATTR { return paintCell<typename decltype(shade)::type>(view, batch, i, blocks, pixels); };
+  const auto by = [&](auto shader) HWY_ATTR {
+    return paint(std::type_identity<Shading<Parallel, typename decltype(shader)::type>>());
+  };
   switch (batch.kind[i]) {
+    case Kind::small:
+      return paint(std::type_identity<SmallShading<Parallel, false>>());
+    case Kind::small_bend:
+      return paint(std::type_identity<SmallShading<Parallel, true>>());
     case Kind::none:
-      return shadeCell<Parallel, Shader<Care::none>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::none>>());
     case Kind::bend:
-      return shadeCell<Parallel, Shader<Care::bend>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::bend>>());
     case Kind::bends1:
-      return shadeCell<Parallel, StraightShader<ThinSeries, 1>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ThinSeries, 1>>());
     case Kind::bends2:
-      return shadeCell<Parallel, StraightShader<ThinSeries, 2>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ThinSeries, 2>>());
     case Kind::bends3:
-      return shadeCell<Parallel, StraightShader<ThinSeries, 3>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ThinSeries, 3>>());
     case Kind::bends4:
-      return shadeCell<Parallel, StraightShader<ThinSeries, 4>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ThinSeries, 4>>());
     case Kind::bends:
-      return shadeCell<Parallel, Shader<Care::bends>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::bends>>());
     case Kind::long0:
-      return shadeCell<Parallel, StraightShader<ForwardSeries, 0>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ForwardSeries, 0>>());
     case Kind::long1:
-      return shadeCell<Parallel, StraightShader<ForwardSeries, 1>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ForwardSeries, 1>>());
     case Kind::long2:
-      return shadeCell<Parallel, StraightShader<ForwardSeries, 2>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ForwardSeries, 2>>());
     case Kind::long3:
-      return shadeCell<Parallel, StraightShader<ForwardSeries, 3>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ForwardSeries, 3>>());
     case Kind::long4:
-      return shadeCell<Parallel, StraightShader<ForwardSeries, 4>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<StraightShader<ForwardSeries, 4>>());
     case Kind::longs:
-      return shadeCell<Parallel, Shader<Care::long_bends>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::long_bends>>());
     case Kind::cut:
-      return shadeCell<Parallel, Shader<Care::cut>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::cut>>());
     case Kind::cuts:
-      return shadeCell<Parallel, Shader<Care::cuts>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::cuts>>());
     case Kind::deep:
-      return shadeCell<Parallel, Shader<Care::deep>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::deep>>());
     case Kind::peak:
-      return shadeCell<Parallel, Shader<Care::peak>>(view, batch, i, covered, n, pixels);
+      return by(std::type_identity<Shader<Care::peak>>());
     case Kind::full:
     case Kind::edge_on:
       break;
   }
-  return shadeCell<Parallel, Shader<Care::full>>(view, batch, i, covered, n, pixels);
+  return by(std::type_identity<Shader<Care::full>>());
 }
 
 template <bool Parallel>
-std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const CellBatch& batch, Pixels& pixels,
-                       Coverage& covered) {
+std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const CellBatch& batch, Pixels& pixels) {
   std::size_t fragments = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (HWY_UNLIKELY(batch.kind[i] == Kind::edge_on)) {
       view.hand_back.take(view.hand_back.self, cells[i]);
       continue;
     }
-    const std::size_t n = coverCell(view, batch, i, pixels, covered);
-    if (n == 0) continue;
-    fragments += shadeKind<Parallel>(view, batch, i, covered, n, pixels);
+    const std::uint64_t blocks = batch.blockBits(i) & pixels.live;
+    if (blocks != 0) fragments += paintKind<Parallel>(view, batch, i, blocks, pixels);
   }
   return fragments;
 }
 
-// Marks the vectors without light as done with; true when the whole tile is. What follows them is behind, if the order
+// The vectors that cell i covers, vector by vector.
+HWY_NOINLINE std::size_t coverCell(const TileView& view, const CellBatch& batch, std::size_t i, const Pixels& pixels,
+                                   Coverage& out) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const Crossing crossing(batch, i, limited(view, batch, i));
+  std::size_t n = 0;
+  const auto keep = [&](const VF& near, const VF& far, std::size_t first) HWY_ATTR {
+    hn::Store(near, d, out.near + n * lanes);
+    hn::Store(far, d, out.far + n * lanes);
+    out.pixel[n] = static_cast<std::uint32_t>(first);
+    // No branch on what is as good as random: an empty vector's place is taken by the next one.
+    n += static_cast<std::size_t>(!hn::AllFalse(d, hn::Gt(near, far)));
+  };
+  byTwoBlocks(batch.blockBits(i) & pixels.live, [&](const auto& first) HWY_ATTR {
+    const auto x = centresX(first), y = centresY(first);
+    std::remove_const_t<decltype(x)> near, far;
+    crossing(x, y, first, pixels, near, far);
+    if constexpr (wide::is_two<std::remove_const_t<decltype(x)>>) {
+      keep(near.a, far.a, first.a);
+      keep(near.b, far.b, first.b);
+    } else {
+      keep(near, far, first);
+    }
+  });
+  return n;
+}
+
+// Marks the blocks without light as done with; true when the whole tile is. What follows them is behind, if the order
 // is to be trusted.
 bool findOpaque(Pixels& pixels) {
   const DF d;
-  const std::size_t lanes = hn::Lanes(d);
   const VF threshold = hn::Set(d, opaque_light);
-  bool all = true;
-  for (std::size_t i = 0; i < tile_pixels; i += lanes) {
-    const bool light = !hn::AllTrue(d, hn::Lt(hn::Load(d, pixels.light.data() + i), threshold));
-    pixels.live[i] = static_cast<std::uint8_t>(light);
-    all = all && !light;
+  pixels.live = 0;
+  for (std::size_t block = 0; block < tile_blocks; ++block) {
+    bool light = false;
+    for (std::size_t sub = 0; sub < block_pixels; sub += hn::Lanes(d)) {
+      light =
+          light || !hn::AllTrue(d, hn::Lt(hn::Load(d, pixels.light.data() + block * block_pixels + sub), threshold));
+    }
+    pixels.live |= std::uint64_t{light} << block;
   }
-  return all;
+  return pixels.live == 0;
 }
 
 // Looking for opaque pixels takes as long as a few cells.
@@ -260,14 +188,13 @@ constexpr std::size_t batches_between_looks = 4;
 
 std::size_t paint(const TileView& view, std::span<const Entry> entries, Pixels& pixels, KernelScratch& scratch) {
   CellBatch& batch = scratch.batch;
-  Coverage& covered = scratch.covered;
   const bool parallel = view.screen->parallel();
   std::size_t fragments = 0;
   for (std::size_t begin = 0; begin < entries.size(); begin += batch_cells) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(batch_cells, entries.size() - begin));
     setUp(view, cells, entries.subspan(begin + cells.size()), batch);
-    fragments += parallel ? paintBatch<true>(view, cells, batch, pixels, covered)
-                          : paintBatch<false>(view, cells, batch, pixels, covered);
+    fragments +=
+        parallel ? paintBatch<true>(view, cells, batch, pixels) : paintBatch<false>(view, cells, batch, pixels);
     if (view.trusted && begin / batch_cells % batches_between_looks == batches_between_looks - 1 &&
         findOpaque(pixels)) {
       break;
@@ -311,8 +238,10 @@ template <bool Parallel>
 void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std::size_t n, const PixelMask& wanted,
                 const Pixels& pixels, KernelScratch& scratch, std::vector<Fragment>& out) {
   switch (batch.kind[i]) {
+    case Kind::small:
     case Kind::none:
       return collectCell<Parallel, Care::none>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Kind::small_bend:
     case Kind::bend:
       return collectCell<Parallel, Care::bend>(view, batch, i, n, wanted, pixels, scratch, out);
     case Kind::bends1:

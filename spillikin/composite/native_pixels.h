@@ -40,7 +40,10 @@ struct Pixels {
   alignas(64) PerPixel<float> length;               // world length of a unit of depth on the pixel's ray
   alignas(64) PerPixel<float> clip_near, clip_far;  // the range of nearness that clip planes and the eye leave
   std::array<std::uint16_t, tile_blocks> flagged;   // pixels of a block where an inversion was found
-  std::array<std::uint8_t, tile_pixels> live;       // by the index of a vector's first pixel: 0 where no more need come
+  std::uint64_t live;                               // a bit for each block to which more cells may come
+
+  bool isLive(std::size_t pixel) const { return (live >> (pixel / block_pixels) & 1U) != 0; }
 };
+static_assert(tile_blocks == 64);
 
 }  // namespace spillikin::composite::native

@@ -68,6 +68,7 @@ void Screen::setScale(const Frame& frame) {
     for (std::size_t c = 0; c < 3; ++c) {
       piece.color[c] = static_cast<float>(at(a.color[c], b.color[c]));
       piece.color_slope[c] = static_cast<float>(slope(a.color[c], b.color[c]));
+      piece.steepest = std::max(piece.steepest, std::abs(piece.color_slope[c]));
     }
     piece.end = k < points.size() ? static_cast<float>(scaled(points[k].value)) : std::numeric_limits<float>::max();
     if (k < points.size()) breaks_.push_back(points[k].value);

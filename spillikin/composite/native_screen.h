@@ -39,6 +39,7 @@ struct Piece {
   std::array<float, 3> kink{};
   std::int32_t reach = 0;
   float bent = 0.0F;
+  float steepest = 0.0F;  // the largest of the colour's slopes, either way
 };
 
 // Nearness z is what fragments are compared by, larger is nearer: 1 / depth - z0 in perspective, z0 - depth in a

@@ -17,8 +17,10 @@
 #include <cstring>
 
 #include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_blocks-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_small-inl.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,8 +28,6 @@ namespace spillikin::composite::native::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-using DIF = hn::RebindToSigned<DF>;
 
 // Ids of the corners of each cell in ascending order, and whether that turned the cell over.
 HWY_INLINE void sortCorners(const Screen& screen, std::span<const Entry> cells, CellBatch& batch) {
@@ -226,51 +226,32 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
-// A number of the pieces of the transfer function, one piece for each lane.
-HWY_INLINE VF pieceNumber(const Piece* pieces, hn::Vec<DIF> piece, std::size_t offset) {
-  constexpr std::size_t stride = sizeof(Piece) / sizeof(float);
-  static_assert(sizeof(Piece) == stride * sizeof(float));
-  const auto index = hn::Mul(piece, hn::Set(DIF(), static_cast<std::int32_t>(stride)));
-  return hn::GatherIndex(DF(), reinterpret_cast<const float*>(pieces) + offset / sizeof(float), index);
-}
-
 // The kinds of the cells from i on as kindOf() and Look::care() have them, where extinction is one line over the cell
 // and that is enough to tell; `decided` says where. `length` is a cell's along a ray, at most.
-HWY_INLINE hn::Vec<DIF> straightKinds(const Piece* pieces, const CellBatch& batch, std::size_t i, VF length,
+HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size_t i, CellBatch& batch,
                                       hn::Mask<DF>& decided) {
   const DF d;
   const DIF di;
-  const auto first = hn::Load(di, batch.first_piece + i);
-  const auto last = hn::Load(di, batch.last_piece + i);
-  const VF lo = hn::Load(d, batch.lo + i), hi = hn::Load(d, batch.hi + i);
-  const auto number = [&](hn::Vec<DIF> piece, std::size_t offset)
-                          HWY_ATTR { return pieceNumber(pieces, piece, offset); };
-  const VF anchor = number(first, offsetof(Piece, anchor));
-  const VF at = number(first, offsetof(Piece, extinction));
-  const VF slope = number(first, offsetof(Piece, extinction_slope));
-  const VF a = hn::MulAdd(slope, hn::Sub(lo, anchor), at);
-  const VF b = hn::MulAdd(slope, hn::Sub(hi, anchor), at);
-  const VF depth = hn::Mul(hn::Max(a, b), length);
-  const VF growth = hn::Mul(hn::Abs(hn::Sub(a, b)), length);
-  const VF bent = hn::Sub(number(last, offsetof(Piece, bent)), number(first, offsetof(Piece, bent)));
-  const VF bend = hn::Mul(hn::Sub(hi, lo), bent);
+  const Looks looks(view.screen->pieces().data(), batch, i);
+  const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
+  const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_lo, looks.at_hi)), length);
+  const VF bend = hn::Mul(looks.range, looks.bend);
   const VF spread = hn::MulAdd(hn::Mul(hn::Set(d, 0.5F), depth), depth, hn::Mul(hn::Set(d, 1.5F), growth));
   const VF left_out = hn::Mul(bend, spread);
-  const auto straight = hn::Not(hn::Gt(last, hn::BitCast(di, number(first, offsetof(Piece, reach)))));
-  decided = hn::And(hn::And(hn::RebindMask(d, straight), hn::Lt(depth, hn::Set(d, deep_depth))),
+  decided = hn::And(hn::And(hn::RebindMask(d, looks.straight), hn::Lt(depth, hn::Set(d, deep_depth))),
                     hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bowed_left_out))));
 
-  const auto bends = hn::Sub(last, first);
-  const auto some = hn::Gt(bends, hn::Set(di, few_bends));
-  const auto counted = [&](Kind none, Kind many) HWY_ATTR {
-    return hn::IfThenElse(some, hn::Set(di, static_cast<std::int32_t>(many)),
-                          hn::Add(bends, hn::Set(di, static_cast<std::int32_t>(none))));
-  };
-  const auto flat =
-      hn::And(hn::Eq(bends, hn::Set(di, 1)), hn::RebindMask(di, hn::Le(left_out, hn::Set(d, flat_left_out))));
-  auto thin =
-      hn::IfThenElse(flat, hn::Set(di, static_cast<std::int32_t>(Kind::bend)), counted(Kind::bend, Kind::bends));
-  thin = hn::IfThenElse(hn::Eq(bends, hn::Zero(di)), hn::Set(di, static_cast<std::int32_t>(Kind::none)), thin);
+  const auto number = [&](Kind kind) HWY_ATTR { return hn::Set(di, static_cast<std::int32_t>(kind)); };
+  const auto some = hn::Gt(looks.bends, hn::Set(di, few_bends));
+  const auto counted = [&](Kind none, Kind many)
+                           HWY_ATTR { return hn::IfThenElse(some, number(many), hn::Add(looks.bends, number(none))); };
+  const auto one = hn::Eq(looks.bends, hn::Set(di, 1));
+  const auto none = hn::Eq(looks.bends, hn::Zero(di));
+  const auto flat = hn::And(one, hn::RebindMask(di, hn::Le(left_out, hn::Set(d, flat_left_out))));
+  const auto small = hn::RebindMask(di, setSmall(view, looks, length, i, batch));
+  auto thin = hn::IfThenElse(flat, number(Kind::bend), counted(Kind::bend, Kind::bends));
+  thin = hn::IfThenElse(hn::And(small, one), number(Kind::small_bend), thin);
+  thin = hn::IfThenElse(none, hn::IfThenElse(small, number(Kind::small), number(Kind::none)), thin);
   return hn::IfThenElse(hn::RebindMask(di, hn::Lt(depth, hn::Set(d, thin_depth))), thin,
                         counted(Kind::long0, Kind::longs));
 }
@@ -296,7 +277,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     const auto flat_on = hn::Le(load(batch.slope), steepest);
     const VF length = hn::Mul(load(batch.thickness), hn::Set(d, view.longest));
     hn::Mask<DF> decided;
-    auto kind = straightKinds(pieces, batch, i, length, decided);
+    auto kind = straightKinds(view, length, i, batch, decided);
     kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, hn::Set(di, static_cast<std::int32_t>(Kind::full)));
     kind = hn::IfThenElse(peaks, hn::Set(di, static_cast<std::int32_t>(Kind::peak)), kind);
     kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)));
@@ -374,6 +355,8 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
       storeHalf(hn::Sub(depth_hi, front), batch.thickness + i);
     }
   }
+  for (std::size_t i = 0; i < cells.size(); i += hn::Lanes(DF()))
+    setBlockBits(i, batch);
   setKinds(view, cells.size(), batch);
 }
 

@@ -26,17 +26,6 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// 1 / v to a few units in the last place.
-template <class V>
-HWY_INLINE V reciprocal(const V& v) {
-#if HWY_ARCH_X86
-  const V r = wide::ApproximateReciprocal(v);
-  return wide::MulAdd(r, wide::NegMulAdd(v, r, hn::Set(DF(), 1.0F)), r);
-#else
-  return wide::Div(hn::Set(DF(), 1.0F), v);
-#endif
-}
-
 // One piece of the transfer function. Values are relative to its anchor.
 struct PieceV {
   VF extinction, extinction_slope;

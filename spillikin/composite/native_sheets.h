@@ -44,7 +44,8 @@ struct SheetCell {
   bool folded;          // by more than float can tell
   std::uint32_t steep;  // a bit for each sheet that is so steep that rays which meet it go one by one
 
-  Box blocks;  // half-open
+  Box blocks;                // half-open
+  std::uint64_t block_bits;  // of these, those that rays may meet the cell in, a bit each by index
   Look look;
   Care care;  // edge_on: to be handed back
 };

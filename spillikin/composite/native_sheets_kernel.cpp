@@ -33,52 +33,53 @@ HWY_INLINE V formAt(const float* x_form, const float* y_form, const float* form,
   return wide::MulAdd(hn::Set(d, *x_form), x, wide::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
 }
 
-// One end of the intervals of a vector of rays: how near, on which sheet, and, if that is folded, on which side of the
-// diagonal.
+// One end of the intervals of a vector of rays, or of two: how near, on which sheet (a number's bits), and, if that is
+// folded, on which side of the diagonal.
+template <class V>
 struct End {
-  VF z;
-  VS sheet;
-  VF side;
+  V z, sheet, side;
 };
 
-HWY_INLINE VF sideOf(const SheetCell& cell, std::size_t k, VF x, VF y) {
-  return hn::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(DF()));
+template <class V>
+HWY_INLINE V sideOf(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
+  return wide::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(DF()));
 }
 
-template <bool Folded>
-HWY_INLINE End onSheet(const SheetCell& cell, std::size_t k, VF x, VF y) {
+template <bool Folded, class V>
+HWY_INLINE End<V> onSheet(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
   const DF d;
-  const VF z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
-  const VS sheet = hn::Set(DS(), static_cast<std::int32_t>(k));
+  const V z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
+  const V sheet = wide::same<V>(hn::BitCast(d, hn::Set(DS(), static_cast<std::int32_t>(k))));
   if constexpr (!Folded) return {z, sheet, z};
-  const VF side = sideOf(cell, k, x, y);
-  return {hn::MulAdd(hn::Set(d, cell.fold[k]), side, z), sheet, side};
+  const V side = sideOf(cell, k, x, y);
+  return {wide::MulAdd(hn::Set(d, cell.fold[k]), side, z), sheet, side};
 }
 
-template <bool Folded>
-HWY_INLINE void take(End& end, const End& other, hn::Mask<DF> where) {
-  end.z = hn::IfThenElse(where, other.z, end.z);
-  end.sheet = hn::IfThenElse(hn::RebindMask(DS(), where), other.sheet, end.sheet);
-  if constexpr (Folded) end.side = hn::IfThenElse(where, other.side, end.side);
+template <bool Folded, class V, class M>
+HWY_INLINE void take(End<V>& end, const End<V>& other, const M& where) {
+  end.z = wide::IfThenElse(where, other.z, end.z);
+  end.sheet = wide::IfThenElse(where, other.sheet, end.sheet);
+  if constexpr (Folded) end.side = wide::IfThenElse(where, other.side, end.side);
 }
 
+template <class V>
 struct Interval {
-  End near, far;
+  End<V> near, far;
 };
 
 // Of as many sheets as there are, or, where that is not 0, of the first `Sheets` of either list.
-template <bool Folded, unsigned Sheets>
-HWY_INLINE Interval intervalOf(const SheetCell& cell, VF x, VF y) {
-  Interval in{onSheet<Folded>(cell, cell.entered[0], x, y), onSheet<Folded>(cell, cell.left[0], x, y)};
+template <bool Folded, unsigned Sheets, class V>
+HWY_INLINE Interval<V> intervalOf(const SheetCell& cell, const V& x, const V& y) {
+  Interval<V> in{onSheet<Folded>(cell, cell.entered[0], x, y), onSheet<Folded>(cell, cell.left[0], x, y)};
   const unsigned entered = Sheets > 0 ? Sheets : cell.entered_count;
   for (unsigned k = 1; k < entered; ++k) {
-    const End other = onSheet<Folded>(cell, cell.entered[k], x, y);
-    take<Folded>(in.near, other, hn::Lt(other.z, in.near.z));
+    const End<V> other = onSheet<Folded>(cell, cell.entered[k], x, y);
+    take<Folded>(in.near, other, wide::Lt(other.z, in.near.z));
   }
   const unsigned left = Sheets > 0 ? Sheets : cell.left_count;
   for (unsigned k = 1; k < left; ++k) {
-    const End other = onSheet<Folded>(cell, cell.left[k], x, y);
-    take<Folded>(in.far, other, hn::Gt(other.z, in.far.z));
+    const End<V> other = onSheet<Folded>(cell, cell.left[k], x, y);
+    take<Folded>(in.far, other, wide::Gt(other.z, in.far.z));
   }
   return in;
 }
@@ -111,11 +112,11 @@ HWY_INLINE Limits<V> limitsOf(const TileView& view, const Pixels& pixels, std::s
 // A gap takes one end or the other of the interval, or leaves two: those lanes are returned. A part is none where it is
 // too short to count in the order.
 HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap,
-                                 const Limits<VF>& limits, VF x, VF y, Interval& in) {
+                                 const Limits<VF>& limits, const VF& x, const VF& y, Interval<VF>& in) {
   const DF d;
   // Both are one triangle each.
-  End out = onSheet<false>(cell, gap.leaves, x, y);
-  End again = onSheet<false>(cell, gap.enters, x, y);
+  End<VF> out = onSheet<false>(cell, gap.leaves, x, y);
+  End<VF> again = onSheet<false>(cell, gap.enters, x, y);
   out.side = again.side = hn::Zero(d);
   const auto open = hn::And(hn::Gt(in.near.z, in.far.z), hn::Gt(out.z, again.z));
   const auto some = [&](VF near, VF far) HWY_ATTR {
@@ -130,11 +131,11 @@ HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, Sh
   return hn::And(open, hn::And(before, behind));
 }
 
-HWY_INLINE hn::Mask<DF> meetsSteep(const SheetCell& cell, const Interval& in) {
+HWY_INLINE hn::Mask<DF> meetsSteep(const SheetCell& cell, const Interval<VF>& in) {
   const DF d;
   const hn::RebindToUnsigned<DF> du;
   const auto steep = hn::Set(du, cell.steep);
-  const auto bit = [&](VS sheet) HWY_ATTR { return hn::Shr(steep, hn::BitCast(du, sheet)); };
+  const auto bit = [&](VF sheet) HWY_ATTR { return hn::Shr(steep, hn::BitCast(du, sheet)); };
   const auto met = hn::And(hn::Or(bit(in.near.sheet), bit(in.far.sheet)), hn::Set(du, 1));
   return hn::And(hn::RebindMask(d, hn::Ne(met, hn::Zero(du))), hn::Gt(in.near.z, in.far.z));
 }
@@ -154,54 +155,56 @@ template <bool Careful, bool Cut, bool Folded, unsigned Sheets>
 HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
-  const auto x_first = static_cast<std::size_t>(c.cell.blocks.x0);
-  const auto columns = static_cast<std::size_t>(c.cell.blocks.x1) - x_first;
-  const auto rows = static_cast<std::size_t>(c.cell.blocks.y1 - c.cell.blocks.y0);
-  auto by = static_cast<std::size_t>(c.cell.blocks.y0);
   std::size_t n = 0;
-  std::size_t column = 0;
-  for (std::size_t block = 0; block < rows * columns; ++block) {
-    const std::size_t bx = x_first + column;
-    for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
-      const VF x = hn::Load(d, centres.x[bx] + sub);
-      const VF y = hn::Load(d, centres.y[by] + sub);
-      const std::size_t first = (by * block_columns + bx) * block_pixels + sub;
-      Interval in = intervalOf<Folded, Sheets>(c.cell, x, y);
-      Limits<VF> limits{};
-      if constexpr (Cut) limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
-      if constexpr (Careful) {
-        auto hard = hn::MaskFromVec(hn::Zero(d));
-        for (unsigned k = 0; k < c.cell.gap_count; ++k)
-          hard = hn::Or(hard, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
-        hard = hn::Or(hard, meetsSteep(c.cell, in));
-        in.near.z = hn::IfThenElse(hard, in.far.z, in.near.z);
-        if (c.pixels.live[first] != 0) {
-          for (unsigned bits = maskBits(hard); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
-            c.one_by_one.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
-        }
-      }
-      float* out = c.out.vector + SheetCoverage::width * lanes * n;
-      hn::Store(in.near.z, d, out);
-      hn::Store(in.far.z, d, out + lanes);
-      hn::Store(hn::BitCast(d, in.near.sheet), d, out + 2 * lanes);
-      hn::Store(hn::BitCast(d, in.far.sheet), d, out + 3 * lanes);
-      if constexpr (Folded) {
-        hn::Store(in.near.side, d, out + 4 * lanes);
-        hn::Store(in.far.side, d, out + 5 * lanes);
-      }
-      c.out.pixel[n] = static_cast<std::uint32_t>(first);
-      if constexpr (Cut) {
-        in.near.z = hn::Min(in.near.z, limits.near);
-        in.far.z = hn::Max(in.far.z, limits.far);
-      }
-      // No branch on what is as good as random: an empty vector's place is taken by the next one.
-      const bool some = !hn::AllFalse(d, hn::Gt(in.near.z, in.far.z));
-      n += static_cast<std::size_t>(some) & c.pixels.live[first];
+  // The end of an interval may lie outside of the limits, which `inside` respects.
+  const auto keep = [&](const Interval<VF>& in, hn::Mask<DF> inside, std::size_t first) HWY_ATTR {
+    float* out = c.out.vector + SheetCoverage::width * lanes * n;
+    hn::Store(in.near.z, d, out);
+    hn::Store(in.far.z, d, out + lanes);
+    hn::Store(in.near.sheet, d, out + 2 * lanes);
+    hn::Store(in.far.sheet, d, out + 3 * lanes);
+    if constexpr (Folded) {
+      hn::Store(in.near.side, d, out + 4 * lanes);
+      hn::Store(in.far.side, d, out + 5 * lanes);
     }
-    ++column;
-    by += static_cast<std::size_t>(column == columns);
-    column = column == columns ? 0 : column;
+    c.out.pixel[n] = static_cast<std::uint32_t>(first);
+    // No branch on what is as good as random: an empty vector's place is taken by the next one.
+    n += static_cast<std::size_t>(!hn::AllFalse(d, inside));
+  };
+  const std::uint64_t blocks = c.cell.block_bits & c.pixels.live;
+  if constexpr (!Cut) {
+    byTwoBlocks(blocks, [&](const auto& first) HWY_ATTR {
+      const auto in = intervalOf<Folded, Sheets>(c.cell, centresX(first), centresY(first));
+      const auto inside = wide::Gt(in.near.z, in.far.z);
+      if constexpr (wide::is_two<std::remove_cvref_t<decltype(first)>>) {
+        const auto one = [](const auto& end, auto part) HWY_ATTR {
+          return End<VF>{part(end.z), part(end.sheet), part(end.side)};
+        };
+        const auto a = [](const Two<VF>& v) HWY_ATTR { return v.a; };
+        const auto b = [](const Two<VF>& v) HWY_ATTR { return v.b; };
+        keep({one(in.near, a), one(in.far, a)}, inside.a, first.a);
+        keep({one(in.near, b), one(in.far, b)}, inside.b, first.b);
+      } else {
+        keep(in, inside, first);
+      }
+    });
+    return n;
   }
+  byBlocks(blocks, [&](std::size_t first) HWY_ATTR {
+    const VF x = centresX(first), y = centresY(first);
+    Interval<VF> in = intervalOf<Folded, Sheets>(c.cell, x, y);
+    const Limits<VF> limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
+    if constexpr (Careful) {
+      auto hard = hn::MaskFromVec(hn::Zero(d));
+      for (unsigned k = 0; k < c.cell.gap_count; ++k)
+        hard = hn::Or(hard, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
+      hard = hn::Or(hard, meetsSteep(c.cell, in));
+      in.near.z = hn::IfThenElse(hard, in.far.z, in.near.z);
+      for (unsigned bits = maskBits(hard); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
+        c.one_by_one.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
+    }
+    keep(in, hn::Gt(hn::Min(in.near.z, limits.near), hn::Max(in.far.z, limits.far)), first);
+  });
   return n;
 }
 
@@ -408,7 +411,7 @@ HWY_INLINE std::size_t coverOne(const TileView& view, const TileRays& tile, Entr
     view.hand_back.take(view.hand_back.self, entry);
     return 0;
   }
-  if (cell.blocks.empty()) return 0;
+  if ((cell.block_bits & pixels.live) == 0) return 0;
   scratch.one_by_one.clear();
   const Cover cover{view, cell, scratch.bounds, pixels, scratch.covered, scratch.one_by_one};
   const std::size_t n = coverAny(cover);

@@ -15,7 +15,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
+#include "spillikin/composite/native_centres.h"
+#include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_sheets.h"
 #include "spillikin/composite/native_vec3d-inl.h"
@@ -171,6 +174,16 @@ struct FaceCorners {
     d = take(hn::ShiftRight<12>(round));
   }
 };
+
+// A bit for each block of the box.
+inline std::uint64_t boxBits(const Box& blocks) {
+  if (blocks.empty()) return 0;
+  const std::uint64_t row = ((std::uint64_t{1} << (blocks.x1 - blocks.x0)) - 1) << blocks.x0;
+  std::uint64_t bits = 0;
+  for (int y = blocks.y0; y < blocks.y1; ++y)
+    bits |= row << (block_columns * y);
+  return bits;
+}
 
 HWY_INLINE unsigned laneBits(MD mask) {
   std::uint8_t bits[8] = {};
@@ -337,6 +350,64 @@ HWY_INLINE void sortSheets(const FacetTable& table, FacetCode code, const FaceBi
   }
 }
 
+// The forms of all sheets, at most where they are entered and at least where they are left, anywhere on a block: to be
+// evaluated at the block's middle.
+struct SheetReach {
+  alignas(64) float most[SheetCell::most], least[SheetCell::most];            // of plane[2]
+  alignas(64) float side_most[SheetCell::most], side_least[SheetCell::most];  // of side[2]
+
+  HWY_INLINE explicit SheetReach(const SheetCell& cell) {
+    const DF d;
+    // Float's rounding of a form anywhere in the tile, as a share of its terms.
+    const VF rounding = hn::Set(d, 4e-7F), reach = hn::Set(d, block_reach), size = hn::Set(d, float{tile_size});
+    for (std::size_t k = 0; k < SheetCell::most; k += hn::Lanes(d)) {
+      const auto load = [&](const float* values) HWY_ATTR { return hn::LoadU(d, values + k); };
+      const auto slopeOf = [&](const SheetCell::Coefficient(&form)[3])
+                               HWY_ATTR { return hn::Add(hn::Abs(load(form[0])), hn::Abs(load(form[1]))); };
+      const VF slope = slopeOf(cell.plane), side_slope = slopeOf(cell.side);
+      const VF fold = load(cell.fold), t = load(cell.plane[2]), side = load(cell.side[2]);
+      const VF side_terms = hn::MulAdd(size, side_slope, hn::Abs(side));
+      const VF terms = hn::MulAdd(hn::Abs(fold), side_terms, hn::MulAdd(size, slope, hn::Abs(t)));
+      const VF margin = hn::MulAdd(reach, slope, hn::Mul(rounding, terms));
+      const VF side_margin = hn::CopySign(hn::Mul(reach, side_slope), fold);
+      hn::Store(hn::Add(t, margin), d, most + k);
+      hn::Store(hn::Sub(t, margin), d, least + k);
+      hn::Store(hn::Add(side, side_margin), d, side_most + k);
+      hn::Store(hn::Sub(side, side_margin), d, side_least + k);
+    }
+  }
+};
+
+// The blocks on which the last sheet entered may come before the first one left.
+template <bool Folded>
+HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell) {
+  const DF d;
+  const std::size_t lanes = hn::Lanes(d);
+  const SheetReach reach(cell);
+  std::uint64_t bits = 0;
+  const auto first = static_cast<std::size_t>(cell.blocks.y0) * block_columns;
+  const auto past = static_cast<std::size_t>(cell.blocks.y1) * block_columns;
+  for (std::size_t b = first / lanes * lanes; b < past; b += lanes) {
+    const VF x = hn::Load(d, block_middles.x + b), y = hn::Load(d, block_middles.y + b);
+    const auto form = [&](const SheetCell::Coefficient(&of)[3], const float* t, std::size_t k) HWY_ATTR {
+      return hn::MulAdd(hn::Set(d, of[0][k]), x, hn::MulAdd(hn::Set(d, of[1][k]), y, hn::Set(d, t[k])));
+    };
+    const auto at = [&](std::size_t k, const float* t, const float* side) HWY_ATTR {
+      const VF z = form(cell.plane, t, k);
+      if constexpr (!Folded) return z;
+      return hn::MulAdd(hn::Set(d, cell.fold[k]), hn::Max(form(cell.side, side, k), hn::Zero(d)), z);
+    };
+    VF near = at(cell.entered[0], reach.most, reach.side_most);
+    for (unsigned k = 1; k < cell.entered_count; ++k)
+      near = hn::Min(near, at(cell.entered[k], reach.most, reach.side_most));
+    VF far = at(cell.left[0], reach.least, reach.side_least);
+    for (unsigned k = 1; k < cell.left_count; ++k)
+      far = hn::Max(far, at(cell.left[k], reach.least, reach.side_least));
+    bits |= std::uint64_t{maskBits(hn::Gt(near, far))} << b;
+  }
+  return bits & boxBits(cell.blocks);
+}
+
 // Cell i of the batch; handed back unless its care says otherwise.
 HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::CellType type, FacetCode code,
                         std::size_t i, SheetBatch& batch) {
@@ -419,7 +490,10 @@ HWY_NOINLINE void setUpSheets(const TileView& view, std::span<const Entry> cells
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const mesh::Id cell = cellOf(screen.frame().order, cells[i]);
     setCell(view, frame, screen.mesh().cell_type[cell], screen.facets()[cell], i, batch);
-    if (cells[i].cut()) trimBlocks(view, view.pieces[cells[i].index()], batch.cell[i].blocks);
+    SheetCell& sheets = batch.cell[i];
+    if (sheets.care == Care::edge_on) continue;
+    if (cells[i].cut()) trimBlocks(view, view.pieces[cells[i].index()], sheets.blocks);
+    sheets.block_bits = sheets.folded ? blockBits<true>(sheets) : blockBits<false>(sheets);
   }
 }
 

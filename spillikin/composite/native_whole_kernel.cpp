@@ -131,7 +131,7 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
     for (int bx = cell.blocks.x0; bx < cell.blocks.x1; ++bx) {
       for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
         const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
-        if (pixels.live[first] == 0) continue;
+        if (!pixels.isLive(first)) continue;
         const Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
         leaveOver(maskBits(c.bad), first, scratch);
         auto inside = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));

@@ -1,0 +1,137 @@
+// Which blocks of a tile hold pixels that a tetrahedron covers: a bit each, so that a kernel comes to no others. A ray
+// meets the cell where it crosses every face that it enters by before any that it leaves by; for each such pair that is
+// one side of a line on the screen, of the edge that the two faces share where it is part of the outline. A row of
+// blocks is cut by a line at one place. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_BLOCKS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_BLOCKS_INL_H
+#undef SPILLIKIN_NATIVE_BLOCKS_INL_H
+#else
+#define SPILLIKIN_NATIVE_BLOCKS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_thin-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A vector of cells' faces, or of differences of two: nearness x X + y Y + t.
+struct PlaneV {
+  VF x, y, t;
+};
+
+HWY_INLINE PlaneV choose(hn::Mask<DF> which, const PlaneV& yes, const PlaneV& no) {
+  return {hn::IfThenElse(which, yes.x, no.x), hn::IfThenElse(which, yes.y, no.y), hn::IfThenElse(which, yes.t, no.t)};
+}
+
+// The blocks that have pixels on one side of a line: in row r those from column at + slope r on, or up to there.
+struct LineV {
+  VF slope, at;
+  hn::Mask<DF> from;
+
+  // Where `entered` may lie before `left`, by the pixel of a block that is farthest on that side.
+  HWY_INLINE LineV(const PlaneV& entered, const PlaneV& left) {
+    const DF d;
+    // Nearness in float is off by less than this share of its terms anywhere in the tile.
+    constexpr float rounding = 4e-7F;
+    constexpr float block = 4.0F, middle = 2.0F, reach = 1.5F;  // of a block and its pixels' centres, in pixels
+    const VF size = hn::Set(d, static_cast<float>(tile_size));
+    const auto terms = [&](const PlaneV& p)
+                           HWY_ATTR { return hn::MulAdd(size, hn::Add(hn::Abs(p.x), hn::Abs(p.y)), hn::Abs(p.t)); };
+    const VF x = hn::Sub(entered.x, left.x), y = hn::Sub(entered.y, left.y), t = hn::Sub(entered.t, left.t);
+    const VF error = hn::MulAdd(hn::Set(d, rounding), hn::Add(terms(entered), terms(left)), hn::Set(d, 1e-30F));
+    const VF outermost = hn::Mul(hn::Set(d, reach), hn::Add(hn::Abs(x), hn::Abs(y)));
+    // A line that runs along the rows is tilted by as much as rounding may.
+    const VF steep = hn::Max(hn::Abs(x), hn::Mul(error, hn::Set(d, 1.0F / tile_size)));
+    const VF corner =
+        hn::Add(hn::MulAdd(hn::Set(d, middle), hn::Add(x, y), t), hn::Add(outermost, hn::Add(error, error)));
+    from = hn::Ge(x, hn::Zero(d));
+    const VF per = hn::Mul(hn::Set(d, -1.0F / block), reciprocal(hn::IfThenElse(from, steep, hn::Neg(steep))));
+    slope = hn::Mul(hn::Mul(y, hn::Set(d, block)), per);
+    at = hn::Mul(corner, per);
+  }
+};
+
+// The faces of cells from i on in the order in which rays cross them: those entered before those left.
+struct CrossedV {
+  PlaneV face[4];
+  hn::Mask<DF> two, three;  // as many are entered at least
+
+  HWY_INLINE CrossedV(const CellBatch& batch, std::size_t i) {
+    const DF d;
+    const hn::RebindToSigned<DF> di;
+    const auto code = hn::Load(di, batch.code + i);
+    const auto order = hn::GatherIndex(di, face_order.packed, code);
+    PlaneV plane[4];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto load = [&](std::size_t c) HWY_ATTR { return hn::Load(d, batch.face[k][c] + i); };
+      plane[k] = {load(0), load(1), load(2)};
+    }
+    const auto bit = [&](auto value, int at) HWY_ATTR {
+      return hn::RebindMask(d, hn::Ne(hn::And(value, hn::Set(di, 1 << at)), hn::Zero(di)));
+    };
+    for (int k = 0; k < 4; ++k) {
+      const auto odd = bit(order, 2 * k), high = bit(order, 2 * k + 1);
+      face[k] = choose(high, choose(odd, plane[3], plane[2]), choose(odd, plane[1], plane[0]));
+    }
+    const auto entered = hn::GatherIndex(di, face_order.entered, code);
+    two = hn::RebindMask(d, hn::Gt(entered, hn::Set(di, 1)));
+    three = hn::RebindMask(d, hn::Gt(entered, hn::Set(di, 2)));
+  }
+};
+
+// Sets the blocks of the cells from i on. Those that the eye's plane crosses may cover their whole box.
+HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
+  const DF d;
+  const hn::RebindToSigned<DF> di;
+  const CrossedV crossed(batch, i);
+  const PlaneV* face = crossed.face;
+  const auto only_two = hn::AndNot(crossed.three, crossed.two);
+  // One face entered: each of the others bounds the cell with it; three: with the one that is left.
+  const LineV lines[] = {
+      LineV(face[0], face[3]),
+      LineV(choose(crossed.three, face[2], face[0]), choose(crossed.three, face[3], face[2])),
+      LineV(choose(crossed.two, face[1], face[0]), choose(crossed.two, face[3], face[1])),
+      LineV(choose(only_two, face[1], face[0]), choose(only_two, face[2], face[3])),
+  };
+  const auto number = [&](const std::int32_t* values) HWY_ATTR { return hn::Load(di, values + i); };
+  const VF x0 = hn::ConvertTo(d, number(batch.block_x0)), x1 = hn::ConvertTo(d, number(batch.block_x1));
+  const auto y0 = number(batch.block_y0), y1 = number(batch.block_y1);
+  const auto whole = hn::RebindMask(d, hn::Gt(number(batch.straddles), hn::Zero(di)));
+  auto low = hn::Zero(di), high = hn::Zero(di);
+  for (int r = 0; r < block_columns; ++r) {
+    VF from = x0, to = x1;
+    for (const LineV& line : lines) {
+      const VF column = hn::MulAdd(line.slope, hn::Set(d, static_cast<float>(r)), line.at);
+      from = hn::IfThenElse(line.from, hn::Max(from, column), from);
+      to = hn::IfThenElse(line.from, to, hn::Min(to, column));
+    }
+    from = hn::Min(hn::Ceil(hn::IfThenElse(whole, x0, from)), hn::Set(d, static_cast<float>(block_columns)));
+    to = hn::Max(hn::Floor(hn::IfThenElse(whole, x1, to)), hn::Set(d, -1.0F));
+    const auto row = hn::Set(di, r);
+    const auto outside = hn::Or(hn::Gt(y0, row), hn::Gt(row, y1));
+    const auto none = hn::Or(hn::RebindMask(di, hn::Gt(from, to)), outside);
+    const auto bits = hn::IfThenZeroElse(none, hn::Sub(hn::Shl(hn::Set(di, 2), hn::ConvertTo(di, to)),
+                                                       hn::Shl(hn::Set(di, 1), hn::ConvertTo(di, from))));
+    auto& half = r < block_columns / 2 ? low : high;
+    half = hn::Or(half, hn::ShiftLeftSame(bits, block_columns * (r % (block_columns / 2))));
+  }
+  static_assert(tile_blocks == 64 && block_columns == 8);
+  hn::Store(low, di, batch.blocks[0] + i);
+  hn::Store(high, di, batch.blocks[1] + i);
+}
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,69 @@
+// What a vector of cells shows of the transfer function. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_LOOKS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_LOOKS_INL_H
+#undef SPILLIKIN_NATIVE_LOOKS_INL_H
+#else
+#define SPILLIKIN_NATIVE_LOOKS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_thin-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DIF = hn::RebindToSigned<DF>;
+
+// A number of the pieces of the transfer function, one piece for each lane.
+HWY_INLINE VF pieceNumber(const Piece* pieces, hn::Vec<DIF> piece, std::size_t offset) {
+  constexpr std::size_t stride = sizeof(Piece) / sizeof(float);
+  static_assert(sizeof(Piece) == stride * sizeof(float));
+  const auto index = hn::Mul(piece, hn::Set(DIF(), static_cast<std::int32_t>(stride)));
+  return hn::GatherIndex(DF(), reinterpret_cast<const float*>(pieces) + offset / sizeof(float), index);
+}
+
+// Look (see native_batch.h) of the cells from i on, as if extinction were the line of their first piece.
+struct Looks {
+  hn::Vec<DIF> bends;           // joints of pieces within the cell's range
+  hn::Mask<DIF> straight;       // extinction is one line indeed
+  VF range;                     // of the scalar
+  VF anchor, extinction_slope;  // of the first piece
+  VF at_lo, at_hi;              // extinction at both ends of the range
+  VF bend;                      // of the colour's slope, all joints together
+  VF steepest;                  // slope of the colour
+
+  HWY_INLINE Looks(const Piece* pieces, const CellBatch& batch, std::size_t i) {
+    const DF d;
+    const DIF di;
+    const auto first = hn::Load(di, batch.first_piece + i);
+    const auto last = hn::Load(di, batch.last_piece + i);
+    const VF lo = hn::Load(d, batch.lo + i), hi = hn::Load(d, batch.hi + i);
+    const auto number = [&](hn::Vec<DIF> piece, std::size_t offset)
+                            HWY_ATTR { return pieceNumber(pieces, piece, offset); };
+    bends = hn::Sub(last, first);
+    straight = hn::Not(hn::Gt(last, hn::BitCast(di, number(first, offsetof(Piece, reach)))));
+    range = hn::Sub(hi, lo);
+    anchor = number(first, offsetof(Piece, anchor));
+    extinction_slope = number(first, offsetof(Piece, extinction_slope));
+    const VF extinction = number(first, offsetof(Piece, extinction));
+    at_lo = hn::MulAdd(extinction_slope, hn::Sub(lo, anchor), extinction);
+    at_hi = hn::MulAdd(extinction_slope, hn::Sub(hi, anchor), extinction);
+    bend = hn::Sub(number(last, offsetof(Piece, bent)), number(first, offsetof(Piece, bent)));
+    steepest = hn::Add(number(first, offsetof(Piece, steepest)), bend);
+  }
+};
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

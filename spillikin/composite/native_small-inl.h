@@ -1,0 +1,179 @@
+// Small cells: what a ray finds inside is a short series about the cell's middle, which takes half of the operations.
+//
+// With m the middle's nearness to the eye (1 / its depth), n and f the nearness of a fragment's ends, let s = (n + f) /
+// m - 2 and e = (n - f) / m; neither is more than the cell's depth as a share of its distance. Then
+//   depth        (n - f) (1 - s + (3 s^2 + e^2) / 4) / m^2
+//   half way     (-s / 2 + (s^2 + e^2) / 4) / m behind the middle
+// to the third order. A parallel view takes the first terms alone, which are exact there. Of what the light's fading by
+// the optical depth d and extinction's growth by its slope do to a fragment's colour (Moreland and Angel 2004), the
+// first terms are left, h (2 h slope / extinction - d) / 6 as a shift of the scalar with h half of its change. That,
+// and e^2 / 4 of the scalar half way, are numbers of the cell times (n - f)^2. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_SMALL_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_SMALL_INL_H
+#undef SPILLIKIN_NATIVE_SMALL_INL_H
+#else
+#define SPILLIKIN_NATIVE_SMALL_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+
+#include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_looks-inl.h"
+#include "spillikin/composite/native_shade-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// What the series may leave out of a colour: a tenth of a display step if every fragment erred at its worst and to the
+// same side.
+constexpr float small_left_out = 4e-4F;
+// A cell's depth as a share of its distance, at most: of depths, its cube is left out.
+constexpr float small_relative_depth = 0.05F;
+
+// Sets the series of the cells from i on, as SmallShading takes them. Returns those that are small: for all others the
+// numbers mean nothing. `length` is a cell's along a ray, at most.
+HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF length, std::size_t i, CellBatch& batch) {
+  const DF d;
+  const DIF di;
+  const auto set = [&](float v) HWY_ATTR { return hn::Set(d, v); };
+  const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
+  const VF amid = hn::Max(hn::Mul(set(0.5F), hn::Add(looks.at_lo, looks.at_hi)), set(1e-30F));
+  const VF per_amid = reciprocal(amid);
+  const VF nearness = load(batch.middle_nearness), per_middle = load(batch.half_per_middle);
+  // The scalar's change with depth, in units of the middle's depth (see CellBatch): in the middle of the cell's box.
+  const auto amidst = [&](const std::int32_t* first, const std::int32_t* last) HWY_ATTR {
+    return hn::MulAdd(hn::ConvertTo(d, hn::Add(hn::Load(di, first + i), hn::Load(di, last + i))), set(2.0F), set(2.0F));
+  };
+  const VF at = hn::MulAdd(load(batch.at[0]), amidst(batch.block_x0, batch.block_x1),
+                           hn::MulAdd(load(batch.at[1]), amidst(batch.block_y0, batch.block_y1), load(batch.at[2])));
+  const VF steep = batch.parallel ? hn::Neg(load(batch.apex)) : hn::Sub(at, load(batch.apex));
+  const VF twice = hn::Add(nearness, nearness);  // what s counts from
+  VF depth_per_nearness = set(1.0F), half_of_scalar = hn::Zero(d), relative = hn::Zero(d);
+  if (batch.parallel) {
+    hn::Store(nearness, d, batch.turn[0] + i);
+    hn::Store(set(-0.5F), d, batch.turn[1] + i);
+    hn::Store(hn::Zero(d), d, batch.turn[2] + i);
+    hn::Store(set(1.0F), d, batch.depth[0] + i);
+    for (auto& none : {batch.depth[1], batch.depth[2], batch.depth_square})
+      hn::Store(hn::Zero(d), d, none + i);
+  } else {
+    // 1 / m is the middle's depth.
+    const VF depth = hn::Mul(set(0.5F), reciprocal(per_middle));
+    const VF half = hn::Mul(set(0.5F), depth);
+    const VF square = hn::Mul(half, half);
+    relative = hn::Mul(load(batch.thickness), hn::Add(per_middle, per_middle));
+    hn::Store(hn::Mul(twice, hn::MulAdd(twice, square, half)), d, batch.turn[0] + i);
+    hn::Store(hn::Neg(hn::MulAdd(hn::Add(twice, twice), square, half)), d, batch.turn[1] + i);
+    hn::Store(square, d, batch.turn[2] + i);
+    depth_per_nearness = hn::Mul(depth, depth);
+    const VF cube = hn::Mul(depth_per_nearness, depth);
+    const VF fourth = hn::Mul(depth_per_nearness, square);
+    const VF thrice = hn::Mul(set(3.0F), fourth);
+    hn::Store(hn::MulAdd(twice, hn::MulAdd(twice, thrice, cube), depth_per_nearness), d, batch.depth[0] + i);
+    hn::Store(hn::Neg(hn::MulAdd(hn::Add(twice, twice), thrice, cube)), d, batch.depth[1] + i);
+    hn::Store(thrice, d, batch.depth[2] + i);
+    hn::Store(fourth, d, batch.depth_square + i);
+    half_of_scalar = hn::Mul(square, steep);
+  }
+  // Half of a fragment's change in the scalar, over its extent in nearness.
+  const VF half = hn::Mul(hn::Mul(steep, per_middle), depth_per_nearness);
+  const VF fading = hn::Mul(hn::Mul(depth_per_nearness, set(view.longest)), amid);  // d over the extent
+  const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
+  hn::Store(hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), half_of_scalar), d, batch.shift + i);
+
+  const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
+  const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
+  const VF squares = hn::MulAdd(growth, growth, hn::Mul(depth, depth));
+  const VF mixed = hn::Mul(depth, hn::Add(growth, relative));
+  const VF line = hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, squares), set(1.0F / 24)));
+  const VF bends = hn::Mul(hn::Mul(looks.bend, set(0.01F)), hn::Add(growth, depth));
+  const VF left_out = hn::Mul(looks.range, hn::MulAdd(looks.steepest, line, bends));
+  return hn::And(hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth))),
+                 hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(growth, set(1.0F))));
+}
+
+// Blends the fragments of a small cell, straight or with one bend.
+template <bool Parallel, bool bent>
+class SmallShading {
+ public:
+  HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
+      : SmallShading(batch, i, view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]) {}
+
+  template <class V, class M, class At>
+  HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
+                        Pixels& pixels) const {
+    const DF d;
+    const V extent = wide::Sub(near, far), sum = wide::Add(near, far);
+    const V squared = wide::Mul(extent, extent);
+    const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, t_));
+    const V steep = Parallel ? wide::same<V>(apex_) : wide::Sub(at, apex_);
+    const V behind = wide::MulAdd(sum, wide::MulAdd(sum, turn_[2], turn_[1]), turn_[0]);
+    const V mean = wide::MulAdd(steep, behind, at);
+    V per = wide::same<V>(depth_[0]);
+    if constexpr (!Parallel) {
+      per = wide::MulAdd(sum, wide::MulAdd(sum, depth_[2], depth_[1]), depth_[0]);
+      per = wide::MulAdd(squared, depth_square_, per);
+    }
+    const V length = wide::Mul(extent, per);
+    const V in_world = wide::IfThenElseZero(inside, wide::Mul(length, wide::load(pixels.length.data(), first)));
+    const V depth = wide::Mul(in_world, wide::MulAdd(piece_.extinction_slope, mean, piece_.extinction));
+    const V light = wide::load(pixels.light.data(), first);
+    const V a = wide::Mul(light, ThinSeries::alpha(depth));
+    wide::store(wide::Sub(light, a), pixels.light.data(), first);
+    const V value = wide::MulAdd(squared, shift_, mean);
+    const V tint = wide::Mul(value, a);
+    V weight = a;
+    if constexpr (bent) {
+      const V half = wide::Max(wide::Abs(wide::Mul(wide::Mul(steep, per_middle_), length)), hn::Set(d, 1.25e-7F));
+      const V above = wide::Sub(wide::Add(value, half), end_);
+      // How much of the fragment lies beyond the bend, and by how much there (see Ramps).
+      const V share =
+          wide::Min(wide::Max(wide::Mul(above, wide::ApproximateReciprocal(wide::Add(half, half))), hn::Zero(d)),
+                    hn::Set(d, 1.0F));
+      weight = wide::Mul(wide::Mul(share, wide::NegMulAdd(share, half, above)), a);
+    }
+    const auto add = [&](auto& channel, const VF& color, const VF& slope, const VF& kink) HWY_ATTR {
+      V sum_of = wide::MulAdd(slope, tint, wide::load(channel.data(), first));
+      sum_of = wide::MulAdd(color, a, sum_of);
+      if constexpr (bent) sum_of = wide::MulAdd(kink, weight, sum_of);
+      wide::store(sum_of, channel.data(), first);
+    };
+    add(pixels.red, piece_.red, piece_.red_slope, kink_[0]);
+    add(pixels.green, piece_.green, piece_.green_slope, kink_[1]);
+    add(pixels.blue, piece_.blue, piece_.blue_slope, kink_[2]);
+  }
+
+ private:
+  HWY_INLINE SmallShading(const CellBatch& batch, std::size_t i, const Piece& piece) : piece_(piece) {
+    const DF d;
+    x_ = hn::Set(d, batch.at[0][i]);
+    y_ = hn::Set(d, batch.at[1][i]);
+    t_ = hn::Set(d, batch.at[2][i] - piece.anchor);
+    apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - piece.anchor);
+    for (std::size_t k = 0; k < 3; ++k) {
+      turn_[k] = hn::Set(d, batch.turn[k][i]);
+      depth_[k] = hn::Set(d, batch.depth[k][i]);
+      kink_[k] = hn::Set(d, piece.kink[k]);
+    }
+    depth_square_ = hn::Set(d, batch.depth_square[i]);
+    shift_ = hn::Set(d, batch.shift[i]);
+    per_middle_ = hn::Set(d, batch.half_per_middle[i]);
+    end_ = hn::Set(d, piece.end - piece.anchor);
+  }
+
+  PieceV piece_;
+  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, end_, kink_[3];
+};
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
