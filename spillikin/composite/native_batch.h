@@ -14,9 +14,12 @@ namespace spillikin::composite::native {
 
 inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
 
-// Fragments of a cell are optically thinner than these where it is shaded by a short and by a long series.
-inline constexpr float thin_depth = 0.125F;
+// Fragments of a cell are optically thinner than these where it is shaded by a short and by a long series; by a short
+// one, extinction times length also changes by less along them. Where they are cut they are thinner than the third.
+inline constexpr float thin_depth = 0.25F;
 inline constexpr float deep_depth = 1.0F;
+inline constexpr float thin_growth = 0.25F;
+inline constexpr float cut_depth = 0.125F;
 
 // How a cell is shaded. Where extinction is linear over the whole cell: by a short series, the colour linear too, or
 // bent at one place, or at several; or by a long series. Else cut where pieces of the transfer function meet, at one or
@@ -52,7 +55,7 @@ struct Look {
       most = std::max(most, p.extinction + p.extinction_slope * (to - p.anchor));
     }
     if (!(most * length < deep_depth)) return Care::full;
-    if (!(most * length < thin_depth)) return Care::deep;
+    if (!(most * length < cut_depth)) return Care::deep;
     return first == last ? Care::none : last - first == 1 ? Care::cut : Care::cuts;
   }
 
@@ -71,7 +74,7 @@ struct Look {
     const float growth = std::abs(a - b) * length;
     const float left_out = bend * (0.5F * depth * depth + 1.5F * growth);
     if (!(bend <= most_bend && left_out <= bowed_left_out)) return Care::full;
-    if (!(depth < thin_depth)) return Care::long_bends;
+    if (!(depth < thin_depth && growth < thin_growth)) return Care::long_bends;
     if (first == last) return Care::none;
     return last - first == 1 && left_out <= flat_left_out ? Care::bend : Care::bends;
   }

@@ -88,13 +88,13 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, s
     case Kind::bend:
       return by(std::type_identity<Shader<Care::bend>>());
     case Kind::bends1:
-      return by(std::type_identity<StraightShader<ThinSeries, 1>>());
+      return by(std::type_identity<StraightShader<ShortSeries, 1>>());
     case Kind::bends2:
-      return by(std::type_identity<StraightShader<ThinSeries, 2>>());
+      return by(std::type_identity<StraightShader<ShortSeries, 2>>());
     case Kind::bends3:
-      return by(std::type_identity<StraightShader<ThinSeries, 3>>());
+      return by(std::type_identity<StraightShader<ShortSeries, 3>>());
     case Kind::bends4:
-      return by(std::type_identity<StraightShader<ThinSeries, 4>>());
+      return by(std::type_identity<StraightShader<ShortSeries, 4>>());
     case Kind::bends:
       return by(std::type_identity<Shader<Care::bends>>());
     case Kind::long0:

@@ -252,8 +252,8 @@ HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size
   auto thin = hn::IfThenElse(flat, number(Kind::bend), counted(Kind::bend, Kind::bends));
   thin = hn::IfThenElse(hn::And(small, one), number(Kind::small_bend), thin);
   thin = hn::IfThenElse(none, hn::IfThenElse(small, number(Kind::small), number(Kind::none)), thin);
-  return hn::IfThenElse(hn::RebindMask(di, hn::Lt(depth, hn::Set(d, thin_depth))), thin,
-                        counted(Kind::long0, Kind::longs));
+  const auto is_thin = hn::And(hn::Lt(depth, hn::Set(d, thin_depth)), hn::Lt(growth, hn::Set(d, thin_growth)));
+  return hn::IfThenElse(hn::RebindMask(di, is_thin), thin, counted(Kind::long0, Kind::longs));
 }
 
 // A cell so flat that the rounding of a depth moves the scalar noticeably takes full care.

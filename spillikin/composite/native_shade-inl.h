@@ -201,19 +201,19 @@ class StraightShader {
 };
 
 template <>
-class Shader<Care::none> : public StraightShader<ThinSeries, 0> {
+class Shader<Care::none> : public StraightShader<ShortSeries, 0> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };
 
 template <>
-class Shader<Care::bend> : public StraightShader<ThinSeries, 1, false> {
+class Shader<Care::bend> : public StraightShader<ShortSeries, 1, false> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };
 
 template <>
-class Shader<Care::bends> : public StraightShader<ThinSeries, -1> {
+class Shader<Care::bends> : public StraightShader<ShortSeries, -1> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };

@@ -90,10 +90,14 @@ HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF le
 
   const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
   const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
-  const VF squares = hn::MulAdd(growth, growth, hn::Mul(depth, depth));
+  // Of a colour on a line, what comes of the series' cubes, of taking the middle's extinction for a fragment's, and of
+  // the fading's own square; of a bend, its tilt and bow where part of a fragment lies beyond it.
   const VF mixed = hn::Mul(depth, hn::Add(growth, relative));
-  const VF line = hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, squares), set(1.0F / 24)));
-  const VF bends = hn::Mul(hn::Mul(looks.bend, set(0.01F)), hn::Add(growth, depth));
+  const VF line =
+      hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, hn::Mul(growth, growth)), set(1.0F / 24)));
+  const VF tilts = hn::Mul(hn::Add(growth, depth), set(0.01F));
+  const VF bows = hn::Mul(hn::Mul(depth, hn::MulAdd(set(3.0F), growth, depth)), set(1.0F / 384));
+  const VF bends = hn::Mul(looks.bend, hn::Add(tilts, bows));
   const VF left_out = hn::Mul(looks.range, hn::MulAdd(looks.steepest, line, bends));
   return hn::And(hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth))),
                  hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(growth, set(1.0F))));
@@ -125,7 +129,7 @@ class SmallShading {
     const V in_world = wide::IfThenElseZero(inside, wide::Mul(length, wide::load(pixels.length.data(), first)));
     const V depth = wide::Mul(in_world, wide::MulAdd(piece_.extinction_slope, mean, piece_.extinction));
     const V light = wide::load(pixels.light.data(), first);
-    const V a = wide::Mul(light, ThinSeries::alpha(depth));
+    const V a = wide::Mul(light, ShortSeries::alpha(depth));
     wide::store(wide::Sub(light, a), pixels.light.data(), first);
     const V value = wide::MulAdd(squared, shift_, mean);
     const V tint = wide::Mul(value, a);
