@@ -215,9 +215,11 @@ class PerSheet {
     if constexpr (lanes == 16 || lanes == 8) low_ = hn::LoadU(DF(), of);
     if constexpr (lanes == 8) high_ = hn::LoadU(DF(), of + 8);
   }
-  HWY_INLINE Two<VF> operator()(const Two<VS>& sheet) const { return {(*this)(sheet.a), (*this)(sheet.b)}; }
-  HWY_INLINE VF operator()(VS sheet) const {
+  // Of sheets as End has them.
+  HWY_INLINE Two<VF> operator()(const Two<VF>& sheet) const { return {(*this)(sheet.a), (*this)(sheet.b)}; }
+  HWY_INLINE VF operator()(VF sheet_bits) const {
     const DF d;
+    const VS sheet = hn::BitCast(DS(), sheet_bits);
     if constexpr (lanes == 16) {
       return hn::TableLookupLanes(low_, hn::IndicesFromVec(d, sheet));
     } else if constexpr (lanes == 8) {
@@ -249,52 +251,28 @@ class SheetRays {
         side_x_(cell.side[0]),
         side_y_(cell.side[1]),
         side_t_(cell.side[2]),
-        folded_(cell.folded),
         anchor_(hn::Set(DF(), anchor)),
         z0_(hn::Set(DF(), view.z0)) {}
 
-  template <class V>
-  HWY_INLINE V depth(const V& z) const {
-    return Parallel ? wide::Sub(z0_, z) : reciprocal(wide::Add(z, z0_));
+  // Sets the sides of both ends by their sheets.
+  template <class V, class At>
+  HWY_INLINE void setSides(Interval<V>& in, const At& first) const {
+    const V x = centresX(first), y = centresY(first);
+    in.near.side = side(in.near.sheet, x, y);
+    in.far.side = side(in.far.sheet, x, y);
   }
 
-  // Relative to the anchor.
-  template <class V, class S>
-  HWY_INLINE V scalar(const S& sheet, const V& side, const V& depth, const V& x, const V& y) const {
-    const V rate = wide::MulAdd(x_(sheet), x, wide::MulAdd(y_(sheet), y, wide::MulAdd(bend_(sheet), side, t_(sheet))));
-    const V base = wide::Sub(base_(sheet), anchor_);
-    return Parallel ? wide::Add(rate, base) : wide::MulAdd(rate, depth, base);
-  }
-  template <class V, class S>
-  HWY_INLINE V side(const S& sheet, const V& x, const V& y) const {
-    const V form = wide::MulAdd(side_x_(sheet), x, wide::MulAdd(side_y_(sheet), y, side_t_(sheet)));
-    return wide::Max(form, hn::Zero(DF()));
-  }
-
-  // Lanes that are not inside get no length and harmless values. `at` is where the vectors of SheetCoverage begin.
-  // Trims near, far and inside where Clipped.
+  // Lanes that are not inside get no length and harmless values. Trims near, far and inside where Clipped.
   template <bool Clipped, class V, class M, class At>
-  HWY_INLINE SegmentOf<V> segment(const float* covered, const At& at, const At& first, V& near, V& far, M& inside,
-                                  const Pixels& pixels, std::span<const WholeCell::Bound> bounds) const {
+  HWY_INLINE SegmentOf<V> segment(Interval<V>& in, const At& first, M& inside, const Pixels& pixels,
+                                  std::span<const WholeCell::Bound> bounds) const {
     const DF d;
     const VF half = hn::Set(d, 0.5F);
     const V x = centresX(first), y = centresY(first);
-    near = wide::IfThenElseZero(inside, near);
-    far = wide::IfThenElseZero(inside, far);
-    V begin = depth(near), end = depth(far);
-    const std::size_t lanes = hn::Lanes(d);
-    const auto near_sheet = sheetsAt(covered + 2 * lanes, at);
-    const auto far_sheet = sheetsAt(covered + 3 * lanes, at);
-    V near_side, far_side;
-    if (folded_) {
-      near_side = wide::load(covered + 4 * lanes, at);
-      far_side = wide::load(covered + 5 * lanes, at);
-    } else {
-      near_side = side(near_sheet, x, y);
-      far_side = side(far_sheet, x, y);
-    }
-    V front = scalar(near_sheet, near_side, begin, x, y);
-    V back = scalar(far_sheet, far_side, end, x, y);
+    V &near = in.near.z, &far = in.far.z;
+    V begin, end;
+    V length = depths(near, far, begin, end);
+    V front = scalar(in.near, begin, x, y), back = scalar(in.far, end, x, y);
     if constexpr (Clipped) {
       const Limits<V> limits = limitsOf(view_, pixels, bounds, first, x, y);
       near = wide::Min(near, limits.near);
@@ -307,31 +285,47 @@ class SheetRays {
       const auto long_enough = wide::And(inside, wide::Gt(extent, hn::Zero(d)));
       const V rate = wide::IfThenElseZero(long_enough, wide::Div(wide::Sub(back, front), extent));
       const V lo = wide::Min(front, back), hi = wide::Max(front, back), start = front, from = begin;
-      begin = depth(near);
-      end = depth(far);
+      length = depths(near, far, begin, end);
       front = wide::Clamp(wide::MulAdd(rate, wide::Sub(begin, from), start), lo, hi);
       back = wide::Clamp(wide::MulAdd(rate, wide::Sub(end, from), start), lo, hi);
     }
-    V length = wide::Sub(near, far);
-    if constexpr (!Parallel) length = wide::Mul(length, wide::Mul(begin, end));
-    const V half_change = wide::IfThenElseZero(inside, wide::Mul(wide::Sub(back, front), half));
-    return {wide::IfThenElseZero(inside, wide::Mul(wide::Add(front, back), half)), half_change,
+    return {wide::IfThenElseZero(inside, wide::Mul(wide::Add(front, back), half)),
+            wide::IfThenElseZero(inside, wide::Mul(wide::Sub(back, front), half)),
             wide::IfThenElseZero(inside, wide::Mul(length, wide::load(pixels.length.data(), first)))};
   }
 
  private:
-  template <class At>
-  static HWY_INLINE auto sheetsAt(const float* covered, const At& at) {
-    if constexpr (wide::is_two<At>) {
-      return wide::two(sheetsAt(covered, at.a), sheetsAt(covered, at.b));
+  // The depths of both ends of intervals. Returns how far they are apart.
+  template <class V>
+  HWY_INLINE V depths(const V& near, const V& far, V& begin, V& end) const {
+    if constexpr (Parallel) {
+      begin = wide::Sub(z0_, near);
+      end = wide::Sub(z0_, far);
+      return wide::Sub(near, far);
     } else {
-      return hn::BitCast(DS(), hn::Load(DF(), covered + at));
+      const V u_near = wide::Add(near, z0_), u_far = wide::Add(far, z0_);
+      const V both = reciprocal(wide::Mul(u_near, u_far));
+      begin = wide::Mul(u_far, both);
+      end = wide::Mul(u_near, both);
+      return wide::Mul(wide::Sub(near, far), both);
     }
+  }
+  // Relative to the anchor.
+  template <class V>
+  HWY_INLINE V scalar(const End<V>& at, const V& depth, const V& x, const V& y) const {
+    const V t = wide::MulAdd(bend_(at.sheet), at.side, t_(at.sheet));
+    const V rate = wide::MulAdd(x_(at.sheet), x, wide::MulAdd(y_(at.sheet), y, t));
+    const V base = wide::Sub(base_(at.sheet), anchor_);
+    return Parallel ? wide::Add(rate, base) : wide::MulAdd(rate, depth, base);
+  }
+  template <class V>
+  HWY_INLINE V side(const V& sheet, const V& x, const V& y) const {
+    const V form = wide::MulAdd(side_x_(sheet), x, wide::MulAdd(side_y_(sheet), y, side_t_(sheet)));
+    return wide::Max(form, hn::Zero(DF()));
   }
 
   const TileView& view_;
   PerSheet base_, x_, y_, t_, bend_, side_x_, side_y_, side_t_;
-  bool folded_;
   VF anchor_, z0_;
 };
 
@@ -365,6 +359,22 @@ struct Painting {
   std::size_t count;
 };
 
+// The intervals of the vectors at `at` of a SheetCoverage.
+template <bool Parallel, class At>
+HWY_INLINE auto loadInterval(const Painting& p, const SheetRays<Parallel>& rays, const At& first, const At& at) {
+  const std::size_t lanes = hn::Lanes(DF());
+  const auto load = [&](std::size_t k) HWY_ATTR { return wide::load(p.covered.vector + k * lanes, at); };
+  using V = decltype(load(0));
+  Interval<V> in{{load(0), load(2), load(0)}, {load(1), load(3), load(1)}};
+  if (p.cell.folded) {
+    in.near.side = load(4);
+    in.far.side = load(5);
+  } else {
+    rays.setSides(in, first);
+  }
+  return in;
+}
+
 // Vectors by twos: they are of different pixels.
 template <bool Parallel, bool Clipped, Care care>
 HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
@@ -374,13 +384,11 @@ HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
   const Certificate certificate(p.view);
   std::size_t fragments = 0;
   const auto shade = [&](const auto& first, const auto& at) HWY_ATTR {
-    auto near = wide::load(p.covered.vector, at);
-    auto far = wide::load(p.covered.vector + lanes, at);
-    auto inside = wide::Gt(near, far);
-    const auto segment =
-        rays.template segment<Clipped>(p.covered.vector, at, first, near, far, inside, pixels, p.bounds);
+    auto in = loadInterval(p, rays, first, at);
+    auto inside = wide::Gt(in.near.z, in.far.z);
+    const auto segment = rays.template segment<Clipped>(in, first, inside, pixels, p.bounds);
     fragments += wide::CountTrue(inside);
-    certificate.check(near, far, inside, first, pixels);
+    certificate.check(in.near.z, in.far.z, inside, first, pixels);
     shader.blend(segment, first, pixels);
   };
   wide::byTwos(p.covered.pixel, p.count, SheetCoverage::width * lanes, shade);
@@ -391,6 +399,60 @@ template <bool Parallel, bool Clipped>
 std::size_t shadeSheetsAs(const Painting& p, Pixels& pixels) {
   return withCare(p.cell.care,
                   [&](auto care) HWY_ATTR { return shadeSheets<Parallel, Clipped, decltype(care)::value>(p, pixels); });
+}
+
+// The common case in one pass: a cell that nothing cuts, of as many sheets as `Sheets` says (see intervalOf).
+template <bool Parallel, bool Folded, unsigned Sheets, Care care>
+HWY_NOINLINE std::size_t paintPlain(const TileView& view, const SheetCell& cell, Pixels& pixels) {
+  const Shader<care> shader(cell.look);
+  const SheetRays<Parallel> rays(view, cell, shader.anchor());
+  const Certificate certificate(view);
+  std::size_t fragments = 0;
+  byTwoBlocks(cell.block_bits & pixels.live, [&](const auto& first) HWY_ATTR {
+    auto in = intervalOf<Folded, Sheets>(cell, centresX(first), centresY(first));
+    auto inside = wide::Gt(in.near.z, in.far.z);
+    if constexpr (!Folded) rays.setSides(in, first);
+    const auto segment = rays.template segment<false>(in, first, inside, pixels, {});
+    fragments += wide::CountTrue(inside);
+    certificate.check(in.near.z, in.far.z, inside, first, pixels);
+    shader.blend(segment, first, pixels);
+  });
+  return fragments;
+}
+
+template <bool Parallel, bool Folded, Care care>
+std::size_t paintPlainAs(const TileView& view, const SheetCell& cell, Pixels& pixels) {
+  return std::max(cell.entered_count, cell.left_count) <= 3 ? paintPlain<Parallel, Folded, 3, care>(view, cell, pixels)
+                                                            : paintPlain<Parallel, Folded, 0, care>(view, cell, pixels);
+}
+
+template <bool Parallel, Care care>
+std::size_t paintPlainAs(const TileView& view, const SheetCell& cell, Pixels& pixels) {
+  return cell.folded ? paintPlainAs<Parallel, true, care>(view, cell, pixels)
+                     : paintPlainAs<Parallel, false, care>(view, cell, pixels);
+}
+
+// Whether the cell was that simple, and was painted.
+template <bool Parallel>
+HWY_INLINE bool paintedPlain(const TileView& view, Entry entry, const SheetCell& cell, Pixels& pixels,
+                             std::size_t& fragments) {
+  if (entry.cut() || view.clipped || cell.gap_count > 0 || cell.steep != 0) return false;
+  switch (cell.care) {
+    case Care::none:
+      fragments += paintPlainAs<Parallel, Care::none>(view, cell, pixels);
+      return true;
+    case Care::bend:
+      fragments += paintPlainAs<Parallel, Care::bend>(view, cell, pixels);
+      return true;
+    case Care::bends:
+      fragments += paintPlainAs<Parallel, Care::bends>(view, cell, pixels);
+      return true;
+    case Care::long_bends:
+      fragments += paintPlainAs<Parallel, Care::long_bends>(view, cell, pixels);
+      return true;
+    default:
+      return false;
+  }
 }
 
 // The planes of a piece; false where one is seen edge-on or there are too many.
@@ -432,6 +494,10 @@ std::size_t sheets(const TileView& view, std::span<const Entry> entries, Pixels&
     setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const SheetCell& cell = scratch.batch.cell[i];
+      if (parallel ? paintedPlain<true>(view, cells[i], cell, pixels, fragments)
+                   : paintedPlain<false>(view, cells[i], cell, pixels, fragments)) {
+        continue;
+      }
       const std::size_t n = coverOne(view, tile, cells[i], cell, pixels, scratch);
       if (n == 0) continue;
       const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
@@ -464,20 +530,17 @@ HWY_NOINLINE void collectOne(const Painting& p, const PixelMask& wanted, const P
   alignas(64) float fars[block_pixels];
   for (std::size_t k = 0; k < p.count; ++k) {
     const std::size_t first = p.covered.pixel[k];
-    const float* covered = p.covered.vector + SheetCoverage::width * lanes * k;
-    VF near = hn::Load(d, covered);
-    VF far = hn::Load(d, covered + lanes);
-    auto inside = hn::Gt(near, far);
-    const Segment segment =
-        rays.template segment<true>(covered, std::size_t{0}, first, near, far, inside, pixels, p.bounds);
+    Interval<VF> in = loadInterval(p, rays, first, SheetCoverage::width * lanes * k);
+    auto inside = hn::Gt(in.near.z, in.far.z);
+    const Segment segment = rays.template segment<true>(in, first, inside, pixels, p.bounds);
     unsigned bits = maskBits(inside) & (static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels));
     if (bits == 0) continue;
     for (auto* channel : {&blank.red, &blank.green, &blank.blue})
       hn::Store(hn::Zero(d), d, channel->data() + first);
     hn::Store(hn::Set(d, 1.0F), d, blank.light.data() + first);
     shader.blend(segment, first, blank);
-    hn::Store(near, d, nears);
-    hn::Store(far, d, fars);
+    hn::Store(in.near.z, d, nears);
+    hn::Store(in.far.z, d, fars);
     for (; bits != 0; bits &= bits - 1) {
       const std::size_t lane = static_cast<unsigned>(std::countr_zero(bits));
       const std::size_t at = first + lane;

@@ -378,11 +378,14 @@ struct SheetReach {
   }
 };
 
-// The blocks on which the last sheet entered may come before the first one left.
+// The blocks on which the last sheet entered may come before the first one left. A few are not worth the search.
 template <bool Folded>
 HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
+  constexpr int few = 3;
+  const std::uint64_t box = boxBits(cell.blocks);
+  if (std::popcount(box) <= few) return box;
   const SheetReach reach(cell);
   std::uint64_t bits = 0;
   const auto first = static_cast<std::size_t>(cell.blocks.y0) * block_columns;
@@ -405,7 +408,7 @@ HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell) {
       far = hn::Max(far, at(cell.left[k], reach.least, reach.side_least));
     bits |= std::uint64_t{maskBits(hn::Gt(near, far))} << b;
   }
-  return bits & boxBits(cell.blocks);
+  return bits & box;
 }
 
 // Cell i of the batch; handed back unless its care says otherwise.
