@@ -209,5 +209,11 @@ TEST(PictureFuzz, AnyPictureIsRight) {
   EXPECT_GE(2 * judged, runs) << "most pictures must be judged";
 }
 
+// A ray through a cell six millionths thick, over which the scalar changes by half of its range: float does not place
+// the peak.
+TEST(PictureFuzz, FlatCellsKeepTheirPeaks) {
+  EXPECT_TRUE(expectRight(1795721577));
+}
+
 }  // namespace
 }  // namespace spillikin

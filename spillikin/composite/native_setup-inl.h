@@ -280,6 +280,9 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     auto kind = straightKinds(view, length, i, batch, decided);
     kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, hn::Set(di, static_cast<std::int32_t>(Kind::full)));
     kind = hn::IfThenElse(peaks, hn::Set(di, static_cast<std::int32_t>(Kind::peak)), kind);
+    // A peak has no range of depths to lose the rounding in.
+    const auto lost = hn::And(peaks, hn::RebindMask(di, hn::Not(steady)));
+    kind = hn::IfThenElse(lost, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)), kind);
     kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)));
     hn::Store(kind, di, reinterpret_cast<std::int32_t*>(batch.kind + i));
     unsigned others = view.peaks ? 0 : maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));

@@ -167,7 +167,9 @@ void TilePainter::addCell(Entry entry) {
   setShape(entry);
   const Box box = shape_.pixels(window_);
   if (box.empty()) return;
-  if (flatten(view_, shape_, box, whole_)) {
+  // Of tetrahedra, peaks come here where float does not place them.
+  const bool lost = view_.peaks && screen_->mesh().tetrahedral();
+  if (!lost && flatten(view_, shape_, box, whole_)) {
     scratch_.left_over.clear();
     stats_.fragments += paintWhole(view_, whole_, pixels_, scratch_);
     for (const std::uint16_t pixel : scratch_.left_over)
