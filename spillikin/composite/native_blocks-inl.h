@@ -65,6 +65,7 @@ struct LineV {
 struct CrossedV {
   PlaneV face[4];
   hn::Mask<DF> two, three;  // as many are entered at least
+  hn::Mask<DF> none, all;   // of them are entered
 
   HWY_INLINE CrossedV(const CellBatch& batch, std::size_t i) {
     const DF d;
@@ -84,12 +85,16 @@ struct CrossedV {
       face[k] = choose(high, choose(odd, plane[3], plane[2]), choose(odd, plane[1], plane[0]));
     }
     const auto entered = hn::GatherIndex(di, face_order.entered, code);
-    two = hn::RebindMask(d, hn::Gt(entered, hn::Set(di, 1)));
-    three = hn::RebindMask(d, hn::Gt(entered, hn::Set(di, 2)));
+    const auto more = [&](int than) HWY_ATTR { return hn::RebindMask(d, hn::Gt(entered, hn::Set(di, than))); };
+    none = hn::Not(more(0));
+    two = more(1);
+    three = more(2);
+    all = more(3);
   }
 };
 
-// Sets the blocks of the cells from i on. Those that the eye's plane crosses may cover their whole box.
+// Sets the blocks of the cells from i on. Those that the eye's plane crosses may cover their whole box; those that no ray
+// enters, but from the eye inside, or that none leaves, are degenerate and cover nothing.
 HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
   const DF d;
   const hn::RebindToSigned<DF> di;
@@ -107,6 +112,7 @@ HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
   const VF x0 = hn::ConvertTo(d, number(batch.block_x0)), x1 = hn::ConvertTo(d, number(batch.block_x1));
   const auto y0 = number(batch.block_y0), y1 = number(batch.block_y1);
   const auto whole = hn::RebindMask(d, hn::Gt(number(batch.straddles), hn::Zero(di)));
+  const auto nothing = hn::RebindMask(di, hn::Or(crossed.all, hn::AndNot(whole, crossed.none)));
   auto low = hn::Zero(di), high = hn::Zero(di);
   for (int r = 0; r < block_columns; ++r) {
     VF from = x0, to = x1;
@@ -126,8 +132,8 @@ HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
     half = hn::Or(half, hn::ShiftLeftSame(bits, block_columns * (r % (block_columns / 2))));
   }
   static_assert(tile_blocks == 64 && block_columns == 8);
-  hn::Store(low, di, batch.blocks[0] + i);
-  hn::Store(high, di, batch.blocks[1] + i);
+  hn::Store(hn::IfThenZeroElse(nothing, low), di, batch.blocks[0] + i);
+  hn::Store(hn::IfThenZeroElse(nothing, high), di, batch.blocks[1] + i);
 }
 
 }  // namespace
