@@ -93,8 +93,8 @@ struct CrossedV {
   }
 };
 
-// Sets the blocks of the cells from i on. Those that the eye's plane crosses may cover their whole box; those that no ray
-// enters, but from the eye inside, or that none leaves, are degenerate and cover nothing.
+// Sets the blocks of the cells from i on. Those that the eye's plane crosses may cover their whole box; those that no
+// ray enters, but from the eye inside, or that none leaves, are degenerate and cover nothing.
 HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
   const DF d;
   const hn::RebindToSigned<DF> di;

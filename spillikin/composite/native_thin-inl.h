@@ -68,8 +68,9 @@ struct ShortSeries {
   }
 };
 
-// The short series for |m| <= cut_depth and |d| <= 2 |m|: alpha to 3e-6 (relative), skew to 6e-4. To be taken from the low end of a segment whose scalar falls along the ray, `sign` is -1
-// and m comes with it: ends and skew change their signs, but for the terms even in d.
+// The short series for |m| <= cut_depth and |d| <= 2 |m|: alpha to 3e-6 (relative), skew to 6e-4. To be taken from the
+// low end of a segment whose scalar falls along the ray, `sign` is -1 and m comes with it: ends and skew change their
+// signs, but for the terms even in d.
 struct ThinSeries {
   template <class V>
   static HWY_INLINE V alpha(const V& signed_m) {
