@@ -126,13 +126,15 @@ class SmallShading {
       per = wide::MulAdd(squared, depth_square_, per);
     }
     const V length = wide::Mul(extent, per);
-    const V in_world = wide::IfThenElseZero(inside, wide::Mul(length, wide::load(pixels.length.data(), first)));
-    const V depth = wide::Mul(in_world, wide::MulAdd(piece_.extinction_slope, mean, piece_.extinction));
+    const V in_world = wide::Mul(length, wide::load(pixels.length.data(), first));
+    // Outside of the cell, numbers may have no end, and nothing of them must be left.
+    const V depth = wide::IfThenElseZero(
+        inside, wide::Mul(in_world, wide::MulAdd(piece_.extinction_slope, mean, piece_.extinction)));
     const V light = wide::load(pixels.light.data(), first);
     const V a = wide::Mul(light, ShortSeries::alpha(depth));
     wide::store(wide::Sub(light, a), pixels.light.data(), first);
     const V value = wide::MulAdd(squared, shift_, mean);
-    const V tint = wide::Mul(value, a);
+    const V tint = wide::IfThenElseZero(inside, wide::Mul(value, a));
     V weight = a;
     if constexpr (bent) {
       const V half = wide::Max(wide::Abs(wide::Mul(wide::Mul(steep, per_middle_), length)), hn::Set(d, 1.25e-7F));
@@ -141,7 +143,8 @@ class SmallShading {
       const V share =
           wide::Min(wide::Max(wide::Mul(above, wide::ApproximateReciprocal(wide::Add(half, half))), hn::Zero(d)),
                     hn::Set(d, 1.0F));
-      weight = wide::Mul(wide::Mul(share, wide::NegMulAdd(share, half, above)), a);
+      const V beyond = wide::Mul(share, wide::NegMulAdd(share, half, above));
+      weight = wide::IfThenElseZero(inside, wide::Mul(beyond, a));
     }
     const auto add = [&](auto& channel, const VF& color, const VF& slope, const VF& kink) HWY_ATTR {
       V sum_of = wide::MulAdd(slope, tint, wide::load(channel.data(), first));
