@@ -215,5 +215,10 @@ TEST(PictureFuzz, FlatCellsKeepTheirPeaks) {
   EXPECT_TRUE(expectRight(1795721577));
 }
 
+// A clip plane leaves nothing of some rays: the nearness of their ends has no end.
+TEST(PictureFuzz, ClipPlanesMayLeaveNothing) {
+  EXPECT_TRUE(expectRight(778305));
+}
+
 }  // namespace
 }  // namespace spillikin
