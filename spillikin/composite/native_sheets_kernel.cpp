@@ -208,12 +208,13 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
   return n;
 }
 
-// A coefficient of each sheet, to be looked up for a vector of them.
+// A coefficient of each sheet, less a number that is the same for all, to be looked up for a vector of them.
 class PerSheet {
  public:
-  explicit HWY_INLINE PerSheet(const SheetCell::Coefficient& of) : of_(of) {
-    if constexpr (lanes == 16 || lanes == 8) low_ = hn::LoadU(DF(), of);
-    if constexpr (lanes == 8) high_ = hn::LoadU(DF(), of + 8);
+  explicit HWY_INLINE PerSheet(const SheetCell::Coefficient& of, float less = 0.0F)
+      : of_(of), less_(hn::Set(DF(), less)) {
+    if constexpr (lanes == 16 || lanes == 8) low_ = hn::Sub(hn::LoadU(DF(), of), less_);
+    if constexpr (lanes == 8) high_ = hn::Sub(hn::LoadU(DF(), of + 8), less_);
   }
   // Of sheets as End has them.
   HWY_INLINE Two<VF> operator()(const Two<VF>& sheet) const { return {(*this)(sheet.a), (*this)(sheet.b)}; }
@@ -227,14 +228,14 @@ class PerSheet {
       return hn::IfThenElse(hn::RebindMask(d, hn::Gt(sheet, hn::Set(DS(), 7))), hn::TableLookupLanes(high_, index),
                             hn::TableLookupLanes(low_, index));
     } else {
-      return hn::GatherIndex(d, of_, sheet);
+      return hn::Sub(hn::GatherIndex(d, of_, sheet), less_);
     }
   }
 
  private:
   static constexpr std::size_t lanes = hn::MaxLanes(DF());
   const float* of_;
-  VF low_, high_;
+  VF less_, low_, high_;
 };
 
 // The scalar at the ends of intervals, and from there their segments.
@@ -243,7 +244,7 @@ class SheetRays {
  public:
   SheetRays(const TileView& view, const SheetCell& cell, float anchor)
       : view_(view),
-        base_(cell.base),
+        base_(cell.base, anchor),
         x_(cell.rate[0]),
         y_(cell.rate[1]),
         t_(cell.rate[2]),
@@ -251,7 +252,6 @@ class SheetRays {
         side_x_(cell.side[0]),
         side_y_(cell.side[1]),
         side_t_(cell.side[2]),
-        anchor_(hn::Set(DF(), anchor)),
         z0_(hn::Set(DF(), view.z0)) {}
 
   // Sets the sides of both ends by their sheets.
@@ -315,7 +315,7 @@ class SheetRays {
   HWY_INLINE V scalar(const End<V>& at, const V& depth, const V& x, const V& y) const {
     const V t = wide::MulAdd(bend_(at.sheet), at.side, t_(at.sheet));
     const V rate = wide::MulAdd(x_(at.sheet), x, wide::MulAdd(y_(at.sheet), y, t));
-    const V base = wide::Sub(base_(at.sheet), anchor_);
+    const V base = base_(at.sheet);
     return Parallel ? wide::Add(rate, base) : wide::MulAdd(rate, depth, base);
   }
   template <class V>
@@ -325,8 +325,9 @@ class SheetRays {
   }
 
   const TileView& view_;
-  PerSheet base_, x_, y_, t_, bend_, side_x_, side_y_, side_t_;
-  VF anchor_, z0_;
+  PerSheet base_;  // relative to the anchor
+  PerSheet x_, y_, t_, bend_, side_x_, side_y_, side_t_;
+  VF z0_;
 };
 
 // Most cells have three or four sheets on either side.
