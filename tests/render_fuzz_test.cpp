@@ -220,5 +220,10 @@ TEST(PictureFuzz, ClipPlanesMayLeaveNothing) {
   EXPECT_TRUE(expectRight(778305));
 }
 
+// An eye beside a cell twisted by much, whose face bends inwards: rays come in by what they were to leave by.
+TEST(PictureFuzz, TwistedCellsMayBeNear) {
+  EXPECT_TRUE(expectRight(777184));
+}
+
 }  // namespace
 }  // namespace spillikin
