@@ -14,12 +14,10 @@ namespace spillikin::composite::native {
 
 inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
 
-// Fragments of a cell are optically thinner than these where it is shaded by a short and by a long series; by a short
-// one, extinction times length also changes by less along them. Where they are cut they are thinner than the third.
-inline constexpr float thin_depth = 0.25F;
-inline constexpr float deep_depth = 1.0F;
+// Fragments of a cell are optically thinner than these where it is shaded by a short series, by a long one, and by a
+// short one where they are cut; and along those of the first, extinction times length changes by less than this.
+inline constexpr float thin_depth = 0.25F, deep_depth = 1.0F, cut_depth = 0.125F;
 inline constexpr float thin_growth = 0.25F;
-inline constexpr float cut_depth = 0.125F;
 
 // How a cell is shaded. Where extinction is linear over the whole cell: by a short series, the colour linear too, or
 // bent at one place, or at several; or by a long series. Else cut where pieces of the transfer function meet, at one or

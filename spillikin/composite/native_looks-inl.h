@@ -33,13 +33,13 @@ HWY_INLINE VF pieceNumber(const Piece* pieces, hn::Vec<DIF> piece, std::size_t o
 
 // Look (see native_batch.h) of the cells from i on, as if extinction were the line of their first piece.
 struct Looks {
-  hn::Vec<DIF> bends;           // joints of pieces within the cell's range
-  hn::Mask<DIF> straight;       // extinction is one line indeed
-  VF range;                     // of the scalar
-  VF anchor, extinction_slope;  // of the first piece
-  VF at_lo, at_hi;              // extinction at both ends of the range
-  VF bend;                      // of the colour's slope, all joints together
-  VF steepest;                  // slope of the colour
+  hn::Vec<DIF> bends;      // joints of pieces within the cell's range
+  hn::Mask<DIF> straight;  // extinction is one line indeed
+  VF range;                // of the scalar
+  VF extinction_slope;     // of the first piece
+  VF at_lo, at_hi;         // extinction at both ends of the range
+  VF bend;                 // of the colour's slope, all joints together
+  VF steepest;             // slope of the colour
 
   HWY_INLINE Looks(const Piece* pieces, const CellBatch& batch, std::size_t i) {
     const DF d;
@@ -52,7 +52,7 @@ struct Looks {
     bends = hn::Sub(last, first);
     straight = hn::Not(hn::Gt(last, hn::BitCast(di, number(first, offsetof(Piece, reach)))));
     range = hn::Sub(hi, lo);
-    anchor = number(first, offsetof(Piece, anchor));
+    const VF anchor = number(first, offsetof(Piece, anchor));
     extinction_slope = number(first, offsetof(Piece, extinction_slope));
     const VF extinction = number(first, offsetof(Piece, extinction));
     at_lo = hn::MulAdd(extinction_slope, hn::Sub(lo, anchor), extinction);

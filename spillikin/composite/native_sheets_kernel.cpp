@@ -171,28 +171,10 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
     // No branch on what is as good as random: an empty vector's place is taken by the next one.
     n += static_cast<std::size_t>(!hn::AllFalse(d, inside));
   };
-  const std::uint64_t blocks = c.cell.block_bits & c.pixels.live;
-  if constexpr (!Cut) {
-    byTwoBlocks(blocks, [&](const auto& first) HWY_ATTR {
-      const auto in = intervalOf<Folded, Sheets>(c.cell, centresX(first), centresY(first));
-      const auto inside = wide::Gt(in.near.z, in.far.z);
-      if constexpr (wide::is_two<std::remove_cvref_t<decltype(first)>>) {
-        const auto one = [](const auto& end, auto part) HWY_ATTR {
-          return End<VF>{part(end.z), part(end.sheet), part(end.side)};
-        };
-        const auto a = [](const Two<VF>& v) HWY_ATTR { return v.a; };
-        const auto b = [](const Two<VF>& v) HWY_ATTR { return v.b; };
-        keep({one(in.near, a), one(in.far, a)}, inside.a, first.a);
-        keep({one(in.near, b), one(in.far, b)}, inside.b, first.b);
-      } else {
-        keep(in, inside, first);
-      }
-    });
-    return n;
-  }
-  byBlocks(blocks, [&](std::size_t first) HWY_ATTR {
+  byBlocks(c.cell.block_bits & c.pixels.live, [&](std::size_t first) HWY_ATTR {
     const VF x = centresX(first), y = centresY(first);
     Interval<VF> in = intervalOf<Folded, Sheets>(c.cell, x, y);
+    if constexpr (!Cut) return keep(in, hn::Gt(in.near.z, in.far.z), first);
     const Limits<VF> limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
     if constexpr (Careful) {
       auto hard = hn::MaskFromVec(hn::Zero(d));
@@ -422,38 +404,30 @@ HWY_NOINLINE std::size_t paintPlain(const TileView& view, const SheetCell& cell,
 }
 
 template <bool Parallel, bool Folded, Care care>
-std::size_t paintPlainAs(const TileView& view, const SheetCell& cell, Pixels& pixels) {
+HWY_INLINE std::size_t paintPlainAs(const TileView& view, const SheetCell& cell, Pixels& pixels) {
   return std::max(cell.entered_count, cell.left_count) <= 3 ? paintPlain<Parallel, Folded, 3, care>(view, cell, pixels)
                                                             : paintPlain<Parallel, Folded, 0, care>(view, cell, pixels);
 }
 
-template <bool Parallel, Care care>
-std::size_t paintPlainAs(const TileView& view, const SheetCell& cell, Pixels& pixels) {
-  return cell.folded ? paintPlainAs<Parallel, true, care>(view, cell, pixels)
-                     : paintPlainAs<Parallel, false, care>(view, cell, pixels);
+constexpr bool isPlain(Care care) {
+  return care == Care::none || care == Care::bend || care == Care::bends || care == Care::long_bends;
 }
 
 // Whether the cell was that simple, and was painted.
 template <bool Parallel>
 HWY_INLINE bool paintedPlain(const TileView& view, Entry entry, const SheetCell& cell, Pixels& pixels,
                              std::size_t& fragments) {
-  if (entry.cut() || view.clipped || cell.gap_count > 0 || cell.steep != 0) return false;
-  switch (cell.care) {
-    case Care::none:
-      fragments += paintPlainAs<Parallel, Care::none>(view, cell, pixels);
-      return true;
-    case Care::bend:
-      fragments += paintPlainAs<Parallel, Care::bend>(view, cell, pixels);
-      return true;
-    case Care::bends:
-      fragments += paintPlainAs<Parallel, Care::bends>(view, cell, pixels);
-      return true;
-    case Care::long_bends:
-      fragments += paintPlainAs<Parallel, Care::long_bends>(view, cell, pixels);
-      return true;
-    default:
-      return false;
-  }
+  if (entry.cut() || view.clipped || cell.gap_count > 0 || cell.steep != 0 || !isPlain(cell.care)) return false;
+  fragments += withCare(cell.care, [&](auto care) HWY_ATTR {
+    constexpr Care as = decltype(care)::value;
+    if constexpr (isPlain(as)) {
+      return cell.folded ? paintPlainAs<Parallel, true, as>(view, cell, pixels)
+                         : paintPlainAs<Parallel, false, as>(view, cell, pixels);
+    } else {
+      return std::size_t{0};  // never: looked at above
+    }
+  });
+  return true;
 }
 
 // The planes of a piece; false where one is seen edge-on or there are too many.

@@ -434,7 +434,8 @@ HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::Cel
   if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return;
   sortSheets(table, code, bits, cell);
   if (HWY_UNLIKELY(cell.entered_count == 0 || cell.left_count == 0)) return;
-  // From nearer than its own depth, rays that miss the sheets entered may still come in by a face that bends inwards.
+  // From nearer than its own depth, a cell with a face that bends inwards was seen to be missed as a whole; what of the
+  // proof in native_facets.h fails there is not known.
   if (HWY_UNLIKELY(cell.gap_count > 0 && !frame.parallel && far - near > near)) return;
   cell.care = view.peaks ? Care::peak : cell.look.care((far - near) * view.longest, (bits.unsteady & table.faces) == 0);
 }

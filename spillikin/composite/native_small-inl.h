@@ -37,6 +37,25 @@ constexpr float small_left_out = 4e-4F;
 // A cell's depth as a share of its distance, at most: of depths, its cube is left out.
 constexpr float small_relative_depth = 0.05F;
 
+// Whether the series leave out little enough of cells of such a depth as a share of their distance. `length` is a
+// cell's along a ray, at most, and per_amid one over its extinction amid its range.
+HWY_INLINE hn::Mask<DF> isSmall(const Looks& looks, VF length, VF per_amid, VF relative) {
+  const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
+  const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
+  const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
+  // Of a colour on a line, what comes of the series' cubes, of taking the middle's extinction for a fragment's, and of
+  // the fading's own square; of a bend, its tilt and bow where part of a fragment lies beyond it.
+  const VF mixed = hn::Mul(depth, hn::Add(growth, relative));
+  const VF line =
+      hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, hn::Mul(growth, growth)), set(1.0F / 24)));
+  const VF tilts = hn::Mul(hn::Add(growth, depth), set(0.01F));
+  const VF bows = hn::Mul(hn::Mul(depth, hn::MulAdd(set(3.0F), growth, depth)), set(1.0F / 384));
+  const VF bends = hn::Mul(looks.bend, hn::Add(tilts, bows));
+  const VF left_out = hn::Mul(looks.range, hn::MulAdd(looks.steepest, line, bends));
+  return hn::And(hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth))),
+                 hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(growth, set(1.0F))));
+}
+
 // Sets the series of the cells from i on, as SmallShading takes them. Returns those that are small: for all others the
 // numbers mean nothing. `length` is a cell's along a ray, at most.
 HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF length, std::size_t i, CellBatch& batch) {
@@ -88,19 +107,7 @@ HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF le
   const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
   hn::Store(hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), half_of_scalar), d, batch.shift + i);
 
-  const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
-  const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
-  // Of a colour on a line, what comes of the series' cubes, of taking the middle's extinction for a fragment's, and of
-  // the fading's own square; of a bend, its tilt and bow where part of a fragment lies beyond it.
-  const VF mixed = hn::Mul(depth, hn::Add(growth, relative));
-  const VF line =
-      hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, hn::Mul(growth, growth)), set(1.0F / 24)));
-  const VF tilts = hn::Mul(hn::Add(growth, depth), set(0.01F));
-  const VF bows = hn::Mul(hn::Mul(depth, hn::MulAdd(set(3.0F), growth, depth)), set(1.0F / 384));
-  const VF bends = hn::Mul(looks.bend, hn::Add(tilts, bows));
-  const VF left_out = hn::Mul(looks.range, hn::MulAdd(looks.steepest, line, bends));
-  return hn::And(hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth))),
-                 hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(growth, set(1.0F))));
+  return isSmall(looks, length, per_amid, relative);
 }
 
 // Blends the fragments of a small cell, straight or with one bend.
