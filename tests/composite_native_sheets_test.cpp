@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <random>
 
 #include "spillikin/composite/native_facets.h"
@@ -208,6 +209,33 @@ TEST(CompositeNativeSheets, EveryWayToBendAFace) {
     expectExact(s, viewOf(s, {0.1, -1.0, 0.05}, 40, 40));
   }
   EXPECT_GT(of_planes, 20);
+}
+
+// From so near that of a cell's faces one triangle alone is entered, the first of its face or the second, and beside it
+// a face that bends inwards is entered and left.
+TEST(CompositeNativeSheets, EyesBeforeASingleTriangle) {
+  std::mt19937 random(59);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same cells each time
+  std::uniform_real_distribution<double> uniform(-0.3, 0.3);
+  const std::vector<Vec3> wedge{{0, 0, 0}, {1, 0, 0}, {0.5, 0.9, 0}, {0, 0, 1}, {1, 0, 1}, {0.5, 0.9, 1}};
+  for (int k = 0; k < 60; ++k) {
+    auto points = k % 2 == 0 ? cube() : wedge;
+    for (Vec3& p : points)
+      p += Vec3(uniform(random), uniform(random), uniform(random));
+    const auto type = k % 2 == 0 ? mesh::vtk_cell::hexahedron : mesh::vtk_cell::wedge;
+    const Subject s(oneCell(type, points), "", "viridis", 2.0);
+    mesh::Surface surface;
+    mesh::surface(s.mesh, 0, surface);
+    for (const auto& t : surface.triangles) {
+      const Vec3 &a = s.mesh.points[t[0]], &b = s.mesh.points[t[1]], &c = s.mesh.points[t[2]];
+      const Vec3 outward = glm::normalize(glm::cross(b - a, c - a));
+      View view = viewOf(s, outward, 24, 24);
+      view.eye = (a + b + c) / 3.0 + 0.02 * outward;
+      view.target = view.eye - outward;
+      view.view_angle = 80.0;
+      SCOPED_TRACE(testing::Message() << "seed 59, cell " << k << ", triangle " << t[0] << ' ' << t[1] << ' ' << t[2]);
+      expectExact(s, view);
+    }
+  }
 }
 
 TEST(CompositeNativeSheets, ClipPlanesAndFieldsOfCells) {

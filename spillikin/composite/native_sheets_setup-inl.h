@@ -322,9 +322,12 @@ HWY_INLINE unsigned listFaces(unsigned faces, std::uint8_t* out) {
   std::memcpy(out, bit_lists.bit[faces], 8);
   return static_cast<unsigned>(std::popcount(faces));
 }
+// A list of seconds alone is still to be filled up with its first.
 HWY_INLINE void addSeconds(unsigned faces, std::uint8_t* out, unsigned& count) {
+  const bool alone = count == 0;
   for (; faces != 0; faces &= faces - 1)
     out[count++] = static_cast<std::uint8_t>(SheetCell::second + static_cast<unsigned>(std::countr_zero(faces)));
+  if (HWY_UNLIKELY(alone)) std::fill(out + count, out + SheetCell::second, out[0]);
 }
 
 // By which sheets the cell is entered and left.
@@ -434,9 +437,6 @@ HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::Cel
   if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return;
   sortSheets(table, code, bits, cell);
   if (HWY_UNLIKELY(cell.entered_count == 0 || cell.left_count == 0)) return;
-  // From nearer than its own depth, a cell with a face that bends inwards was seen to be missed as a whole; what of the
-  // proof in native_facets.h fails there is not known.
-  if (HWY_UNLIKELY(cell.gap_count > 0 && !frame.parallel && far - near > near)) return;
   cell.care = view.peaks ? Care::peak : cell.look.care((far - near) * view.longest, (bits.unsteady & table.faces) == 0);
 }
 
