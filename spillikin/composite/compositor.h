@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "spillikin/base/image.h"
@@ -39,6 +40,12 @@ struct Frame {
   // The colour at the largest scalar on the ray, opaque, in place of the integral (integrate::Optics::mip; the other
   // optical models are looks of the integral).
   bool peaks = false;
+  // Empty, or per cell: nonzero where nothing of the cell shows (clearCells), so that it need not be drawn.
+  std::span<const std::uint8_t> clear = {};
+
+  bool draws(mesh::Id cell) const {
+    return (field.hidden.empty() || field.hidden[cell] == 0) && (clear.empty() || clear[cell] == 0);
+  }
 };
 
 struct FrameStats {

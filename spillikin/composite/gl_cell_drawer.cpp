@@ -37,10 +37,6 @@ SegmentShader segmentShader(const Frame& frame) {
   return SegmentShader::exact;
 }
 
-bool hidden(const mesh::Field& field, Id cell) {
-  return !field.hidden.empty() && field.hidden[cell] != 0;
-}
-
 }  // namespace
 
 GlCellDrawer::GlCellDrawer(const Gl& gl) : gl_(gl) {
@@ -156,7 +152,7 @@ void GlCellDrawer::bind(const Stream& stream) const {
   plane_buffer_.bind(gl_, gl_binding::planes);
 }
 
-// The records, vertices and triangles of one chunk: of the cells that are neither hidden nor off the window.
+// The records, vertices and triangles of one chunk: of the cells that are drawn and not off the window.
 void GlCellDrawer::fill(const Frame& frame, const FrameMap& map, const GlLook& look, const Window& window,
                         Stream& stream, Chunk& chunk) const {
   CellRecord* record = static_cast<CellRecord*>(stream.cells.data()) + chunk.record;
@@ -178,7 +174,7 @@ void GlCellDrawer::fill(const Frame& frame, const FrameMap& map, const GlLook& l
       corners.push_back(screen_[v]);
     }
     CellRecord made;
-    if (hidden(frame.field, cell) || !cover(corners, map, window, scratch, made.cover)) {
+    if (!frame.draws(cell) || !cover(corners, map, window, scratch, made.cover)) {
       continue;
     }
     const std::span<const std::uint32_t> faces = topology_->triangles(cell);

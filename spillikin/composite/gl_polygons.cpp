@@ -54,7 +54,7 @@ std::size_t appendPolygons(const Frame& frame, const FrameMap& map, std::size_t 
     while (cut < cuts.size() && cuts[cut].entry < entry) {
       ++cut;
     }
-    if (!frame.field.hidden.empty() && frame.field.hidden[cell] != 0) {
+    if (!frame.draws(cell)) {
       continue;
     }
     const bool is_cut = cut < cuts.size() && cuts[cut].entry == entry;

@@ -42,7 +42,8 @@ TileBox Bins::boxOf(const Screen& screen, mesh::Id cell, const Box& region) cons
 
 void Bins::findBoxes(const Screen& screen, const Box& region) {
   const mesh::Mesh& mesh = screen.mesh();
-  const std::vector<std::uint8_t>& hidden = screen.frame().field.hidden;
+  const Frame& frame = screen.frame();
+  const bool all = frame.field.hidden.empty() && frame.clear.empty();
   const bool tetrahedral = mesh.tetrahedral();
   boxes_.resize(mesh.cell_count());
   using Range = tbb::blocked_range<std::size_t>;
@@ -59,8 +60,9 @@ void Bins::findBoxes(const Screen& screen, const Box& region) {
     for (; c != range.end(); ++c)
       boxes_[c] = unknown_tiles;
     for (c = range.begin(); c != range.end(); ++c) {
-      if (boxes_[c] == unknown_tiles) boxes_[c] = boxOf(screen, static_cast<mesh::Id>(c), region);
-      if (!hidden.empty() && hidden[c] != 0) boxes_[c] = no_tiles;
+      const auto cell = static_cast<mesh::Id>(c);
+      if (!all && !frame.draws(cell)) boxes_[c] = no_tiles;
+      if (boxes_[c] == unknown_tiles) boxes_[c] = boxOf(screen, cell, region);
     }
   });
   boxes_found_ = region;

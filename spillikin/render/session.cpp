@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "spillikin/base/error.h"
+#include "spillikin/composite/clear_cells.h"
 #include "spillikin/mesh/folded.h"
 #include "spillikin/mesh/refit.h"
 #include "spillikin/mesh/subdivide.h"
@@ -123,10 +124,12 @@ struct Session::Impl {
 
   std::unique_ptr<composite::Compositor> compositor;
   bool drew_mesh = false, drew_field = false, drew_transfer_function = false;
+  std::vector<std::uint8_t> clear;  // of the three that were drawn, see composite::Frame
 
   const mesh::Mesh& drawnMesh();
   const mesh::Field& drawnField();
   const Rendition& drawnLook();
+  void findClearCells();
   void build();
   void newGeometry();
   void warnOfFolds();
@@ -231,6 +234,16 @@ const Rendition& Session::Impl::drawnLook() {
     rendition = render::rendition(optics, transfer_function, glm::length(box.upper - box.lower));
   }
   return *rendition;
+}
+
+// Other integrations than the exact one may take a cell's scalars from a little beyond it; a peak shows anyway.
+void Session::Impl::findClearCells() {
+  if (drew_mesh && drew_field && drew_transfer_function) return;
+  clear = {};
+  stats.composite.clear_cells = 0;
+  if (engine.integration != composite::Integration::exact || drawnLook().peaks) return;
+  clear = composite::clearCells(drawnMesh(), drawnField(), drawnLook().look);
+  stats.composite.clear_cells = clear.size() - static_cast<std::size_t>(std::count(clear.begin(), clear.end(), 0));
 }
 
 void Session::Impl::chooseCompositor() {
@@ -413,6 +426,7 @@ void Session::draw(Image& image) {
   const Road road = s.road();
   const Sorted& sorted = s.sorter(road);
   const Rendition& look = s.drawnLook();
+  s.findClearCells();
   const composite::Frame frame{.mesh = s.drawnMesh(),
                                .field = s.drawnField(),
                                .transfer_function = look.look,
@@ -423,7 +437,8 @@ void Session::draw(Image& image) {
                                .same_field = s.drew_field,
                                .same_transfer_function = s.drew_transfer_function,
                                .order_matters = look.order_matters,
-                               .peaks = look.peaks};
+                               .peaks = look.peaks,
+                               .clear = s.clear};
   s.sortAndPrepare(road, frame);
   if (!look.order_matters) {
     s.stats.sort.exact = true;

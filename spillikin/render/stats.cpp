@@ -30,7 +30,8 @@ std::string toJson(const Stats& s) {
   j["composite"] = {{"backend", s.composite.backend},
                     {"integration", s.composite.integration},
                     {"seconds", s.composite.seconds},
-                    {"fragments", s.composite.fragments}};
+                    {"fragments", s.composite.fragments},
+                    {"clear_cells", s.composite.clear_cells}};
   if (s.certificate.present) {
     j["certificate"] = {{"flagged", s.certificate.flagged},
                         {"resolved", s.certificate.resolved},

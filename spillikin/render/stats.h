@@ -32,6 +32,7 @@ struct Stats {
     std::string backend, integration;
     double seconds = 0.0;
     std::size_t fragments = 0;
+    std::size_t clear_cells = 0;  // left out: nothing of them shows
   } composite;
   struct {
     bool present = false;
