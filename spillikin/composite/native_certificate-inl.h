@@ -40,8 +40,13 @@ class Certificate {
 
   template <class V, class M, class At>
   HWY_INLINE void check(const V& near, const V& far, const M& inside, const At& first, Pixels& pixels) const {
+    checkSolid(near, far, wide::And(inside, wide::Gt(near, wide::MulAdd(far, solid_slope_, solid_at_))), first, pixels);
+  }
+
+  // The same, where it is known which fragments are long enough to prove anything.
+  template <class V, class M, class At>
+  HWY_INLINE void checkSolid(const V& near, const V& far, const M& solid, const At& first, Pixels& pixels) const {
     const V last = wide::load(pixels.last.data(), first);
-    const auto solid = wide::And(inside, wide::Gt(near, wide::MulAdd(far, solid_slope_, solid_at_)));
     wide::store(wide::IfThenElse(solid, far, last), pixels.last.data(), first);
     const auto early = wide::And(solid, wide::Gt(near, wide::MulAdd(last, slope_, at_)));
     if (HWY_UNLIKELY(!wide::AllFalse(early))) flag(early, first, pixels);

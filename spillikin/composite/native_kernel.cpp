@@ -31,12 +31,18 @@ HWY_INLINE bool limited(const TileView& view, const CellBatch& batch, std::size_
   return view.clipped || batch.straddles[i] != 0;
 }
 
-// What shades the fragments of a cell, from where they begin and end.
+// What checks and shades the fragments of a cell, from where they begin and end.
 template <bool Parallel, class S>
 class Shading {
  public:
   HWY_INLINE Shading(const TileView& view, const CellBatch& batch, std::size_t i)
       : shader_(batch.look(view.screen->pieces().data(), i)), rays_(view, batch, i, shader_.anchor()) {}
+
+  template <class V, class M, class At>
+  HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& inside, const At& first,
+                        Pixels& pixels) const {
+    certificate.check(near, far, inside, first, pixels);
+  }
 
   template <class V, class M, class At>
   HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
@@ -64,7 +70,7 @@ HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellBatch& batch,
     crossing(x, y, first, pixels, near, far);
     const auto inside = wide::Gt(near, far);
     fragments += wide::CountTrue(inside);
-    certificate.check(near, far, inside, first, pixels);
+    shade.check(certificate, near, far, inside, first, pixels);
     shade.blend(near, far, inside, x, y, first, pixels);
   });
   return fragments;

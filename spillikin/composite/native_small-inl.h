@@ -21,6 +21,7 @@
 #include <cstddef>
 
 #include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_looks-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
@@ -115,7 +116,16 @@ template <bool Parallel, bool bent>
 class SmallShading {
  public:
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : SmallShading(batch, i, view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]) {}
+      : SmallShading(batch, i, view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]) {
+    least_ = hn::Set(DF(), view.solid_at + (view.solid_slope - 1.0F) * batch.middle_nearness[i]);
+  }
+
+  // Over so small a cell the least extent that proves anything is one number.
+  template <class V, class M, class At>
+  HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& /*inside*/,
+                        const At& first, Pixels& pixels) const {
+    certificate.checkSolid(near, far, wide::Gt(wide::Sub(near, far), least_), first, pixels);
+  }
 
   template <class V, class M, class At>
   HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
@@ -183,7 +193,7 @@ class SmallShading {
   }
 
   PieceV piece_;
-  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, end_, kink_[3];
+  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, end_, kink_[3], least_;
 };
 
 }  // namespace
