@@ -114,6 +114,67 @@ TEST(Mpvo, IsTheSameOnAnyNumberOfThreads) {
   expectSorted(mesh, Viewpoint(3.0, 2.0, 5.0, 1.0), many);
 }
 
+// Pairs of cells, side by side, each of which shares a face: layers so large that they are worked off in parallel.
+mesh::Source pairs(std::size_t count, bool hexahedra) {
+  mesh::Source source;
+  source.name = "pairs";
+  source.offsets = {0};
+  const auto add = [&](std::uint8_t type, std::initializer_list<std::uint32_t> corners) {
+    source.types.push_back(type);
+    source.connectivity.insert(source.connectivity.end(), corners);
+    source.offsets.push_back(source.connectivity.size());
+  };
+  const auto columns = static_cast<std::size_t>(std::sqrt(static_cast<double>(count)));
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3 at(2.0 * static_cast<double>(k % columns), 2.0 * static_cast<double>(k / columns), 0.0);
+    const auto v = static_cast<std::uint32_t>(source.points.size());
+    if (hexahedra) {
+      for (const double z : {0.0, 1.0, 2.0}) {
+        for (const Vec3 corner : {Vec3(0, 0, z), Vec3(1, 0, z), Vec3(1, 1, z), Vec3(0, 1, z)})
+          source.points.push_back(at + corner);
+      }
+      add(mesh::vtk_cell::hexahedron, {v, v + 1, v + 2, v + 3, v + 4, v + 5, v + 6, v + 7});
+      add(mesh::vtk_cell::hexahedron, {v + 4, v + 5, v + 6, v + 7, v + 8, v + 9, v + 10, v + 11});
+    } else {
+      for (const Vec3 corner : {Vec3(0, 0, 1), Vec3(1, 0, 1), Vec3(0, 1, 1), Vec3(0.3, 0.3, 0), Vec3(0.3, 0.3, 2)})
+        source.points.push_back(at + corner);
+      add(mesh::vtk_cell::tetra, {v, v + 2, v + 1, v + 3});
+      add(mesh::vtk_cell::tetra, {v, v + 1, v + 2, v + 4});
+    }
+  }
+  return source;
+}
+
+TEST(Mpvo, LargeLayersAreListedByAscendingId) {
+  constexpr std::size_t count = 70000;
+  for (const bool hexahedra : {false, true}) {
+    const mesh::Mesh mesh = mesh::build(pairs(count, hexahedra));
+    ASSERT_EQ(mesh.cell_count(), 2 * count);
+    for (const Algorithm algorithm : {Algorithm::mpvo, Algorithm::mpvonc}) {
+      const auto sorter = makeSorter(algorithm, mesh);
+      Order order, on_one_thread;
+      (*sorter)(Viewpoint(0.0, 0.0, 1.0, 0.0), order);
+      {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        (*sorter)(Viewpoint(0.0, 0.0, 1.0, 0.0), on_one_thread);
+      }
+      EXPECT_EQ(order.cells, on_one_thread.cells);
+      ASSERT_EQ(order.cells.size(), 2 * count);
+      // From above, the lower cell of each pair comes first.
+      std::vector<std::size_t> place(2 * count);
+      for (std::size_t i = 0; i < order.cells.size(); ++i)
+        place[mesh.cell_file_id[order.cells[i]]] = i;
+      for (std::size_t k = 0; k < count; ++k)
+        ASSERT_LT(place[2 * k], place[2 * k + 1]) << "pair " << k << ", " << name(algorithm);
+      if (algorithm != Algorithm::mpvo) continue;
+      ASSERT_EQ(order.layer_offset, (std::vector<std::uint32_t>{0, count, 2 * count}));
+      for (const std::size_t begin : {std::size_t{0}, count})
+        EXPECT_TRUE(std::is_sorted(order.cells.begin() + static_cast<std::ptrdiff_t>(begin),
+                                   order.cells.begin() + static_cast<std::ptrdiff_t>(begin + count)));
+    }
+  }
+}
+
 TEST(Mpvo, KnowsConvexMeshesFromOthers) {
   EXPECT_TRUE(makeSorter(Algorithm::mpvo, mesh::build(tests::tetrahedronGrid(3)))->exact());
   EXPECT_TRUE(makeSorter(Algorithm::mpvo, mesh::build(tests::hexahedronGrid(3)))->exact());

@@ -13,10 +13,11 @@
 namespace spillikin::sort {
 namespace {
 
-// Layers of at least this many cells are worth the barrier of a parallel loop and a look at every mark.
 using Range = tbb::blocked_range<std::size_t>;
 
-constexpr std::size_t large_layer = 4096;
+// Layers of at least this many cells are worth counting down by atomic operations, which cost several times as much as
+// plain ones, and a look at every mark. The same on any machine: the order must not depend on the number of threads.
+constexpr std::size_t large_layer = 65536;
 constexpr std::size_t block_words = 256;  // of marks, counted and written by one task
 constexpr std::size_t ahead = 12;         // cells between asking for a row of neighbours and using it
 
@@ -207,7 +208,7 @@ void LayeredSort::appendMarked(Order& order) {
       std::uint32_t marks = 0;
       const std::size_t last = std::min(marked_.size(), (b + 1) * block_words);
       for (std::size_t w = b * block_words; w < last; ++w)
-        marks += static_cast<std::uint32_t>(std::popcount(marked_[w]));
+        if (marked_[w] != 0) marks += static_cast<std::uint32_t>(std::popcount(marked_[w]));
       block_count_[b] = marks;
     }
   });
