@@ -216,6 +216,28 @@ TEST(Sorts, AreFoundByName) {
   EXPECT_THROW(makeSorter(Algorithm::power, mesh::build(tests::hexahedronGrid(2))), Error);
 }
 
+TEST(Sorts, SayWhenTheyGoOnOnOneCore) {
+  const mesh::Mesh mesh = delaunay(200, 3);
+  using enum Algorithm;
+  for (const Algorithm algorithm : {mpvo, mpvonc, xmpvo, bsp_xmpvo, convexified, power, centroid, none}) {
+    SCOPED_TRACE(name(algorithm));
+    const auto sorter = makeSorter(algorithm, mesh);
+    int calls = 0;
+    const bool will = sorter->whileSerial([&] { ++calls; });
+    EXPECT_EQ(will, algorithm != power && algorithm != centroid && algorithm != none);
+    Order order;
+    for (const Viewpoint& v : {Viewpoint(3.0, 2.0, 5.0, 1.0), Viewpoint(-3.0, 1.0, 0.5, 1.0)}) {
+      const int before = calls;
+      (*sorter)(v, order);
+      EXPECT_EQ(calls > before, will);
+    }
+    const int before = calls;
+    sorter->whileSerial({});
+    (*sorter)(Viewpoint(3.0, 2.0, 5.0, 1.0), order);
+    EXPECT_EQ(calls, before);
+  }
+}
+
 TEST(FileOrder, IsTheFilesOrder) {
   const mesh::Mesh mesh = delaunay(200, 5);
   const auto sorter = makeSorter(Algorithm::none, mesh);

@@ -327,13 +327,22 @@ Sorted& Session::Impl::sort(Road road) {
   return s;
 }
 
-// A sort leaves cores idle where its layers are small; what of the frame needs no order is done there meanwhile.
+// A sort leaves cores idle while it works on one; what of the frame needs no order is done there meanwhile. Not
+// before: it would take the cores from the sort's own passes.
 void Session::Impl::sortAndPrepare(Road road, const composite::Frame& frame) {
   tbb::task_group beside;
-  beside.run([&] { compositor->prepare(frame); });
+  bool started = false;
+  const auto start = [&] {
+    if (!std::exchange(started, true)) beside.run([&] { compositor->prepare(frame); });
+  };
+  sort::Sorter& asks = *sorter(road).sorter;
+  if (!asks.whileSerial(start)) start();
   try {
     sort(road);
+    asks.whileSerial({});
+    start();
   } catch (...) {
+    asks.whileSerial({});
     beside.cancel();
     beside.wait();
     throw;

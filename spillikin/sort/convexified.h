@@ -1,8 +1,10 @@
 // MPVO on a mesh whose outside is filled.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "spillikin/sort/mpvo.h"
 #include "spillikin/sort/sort.h"
@@ -28,6 +30,7 @@ class Convexified final : public Sorter {
   std::string why() const override;
   bool exact() const override { return true; }
   std::size_t bytes() const override;
+  bool whileSerial(std::function<void()> start) override { return mpvo_->whileSerial(std::move(start)); }
 
   std::size_t fillingCells() const { return filled_->cell_count() - cells_; }
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
+#include <utility>
 
 #include "spillikin/sort/cycles.h"
 #include "spillikin/sort/face_signs.h"
@@ -20,6 +22,10 @@ class GapSorter : public Sorter {
  public:
   bool exact() const override { return overlapping_[0] == mesh::none; }
   std::size_t bytes() const override;
+  bool whileSerial(std::function<void()> start) override {
+    layered_.whileSerial(std::move(start));
+    return true;
+  }
 
   const GapTurns& turns() const { return turns_; }
   std::size_t addedEdges() const { return extra_.successor.size(); }  // in the last view that needed them

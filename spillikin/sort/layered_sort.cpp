@@ -276,6 +276,7 @@ bool LayeredSort::operator()(const FaceSigns& signs, Order& order, const ExtraEd
   order.layer_offset.clear();
   order.layer_offset.push_back(0);
   firstLayer(order);
+  if (start_) start_();
   if (turn == nullptr) {
     tetrahedral_ ? workOff<true, false>(order) : workOff<false, false>(order);
   } else {

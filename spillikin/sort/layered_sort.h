@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "spillikin/mesh/mesh.h"
@@ -43,6 +45,10 @@ class LayeredSort {
   // given, which must be so until the next call: nodes take the place of cells throughout, in the order too.
   bool operator()(const FaceSigns& signs, Order& order, const ExtraEdges* extra = nullptr, Turn* turn = nullptr,
                   const PartedCells* parted = nullptr);
+
+  // `start` is called in each call when its passes over all cells are done and the queue begins, most of which is
+  // worked off by one core. Empty: nothing is.
+  void whileSerial(std::function<void()> start) { start_ = std::move(start); }
 
   // Of the last call: cells, and slivers after them.
   std::size_t nodes() const { return parted_ == nullptr ? mesh_.cell_count() : parted_->nodes(); }
@@ -88,6 +94,7 @@ class LayeredSort {
   void appendMarked(Order& order);
 
   const mesh::Mesh& mesh_;
+  std::function<void()> start_;
   bool tetrahedral_ = false;
   const ExtraEdges* extra_ = nullptr;       // of the call
   Turn* turn_ = nullptr;                    // of the call

@@ -1,7 +1,9 @@
 // The meshed polyhedra visibility ordering: a topological sort by face signs.
 #pragma once
 
+#include <functional>
 #include <string>
+#include <utility>
 
 #include "spillikin/sort/convexity.h"
 #include "spillikin/sort/face_signs.h"
@@ -22,6 +24,10 @@ class Mpvo final : public Sorter {
   std::string why() const override;
   bool exact() const override { return convexity_.convex; }
   std::size_t bytes() const override { return signs_.bytes() + layered_.bytes() + problems_.bytes() + parted_.bytes(); }
+  bool whileSerial(std::function<void()> start) override {
+    layered_.whileSerial(std::move(start));
+    return true;
+  }
 
  private:
   const mesh::Mesh& mesh_;

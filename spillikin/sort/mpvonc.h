@@ -1,7 +1,9 @@
 // MPVO for nonconvex meshes by the depth of the boundary.
 #pragma once
 
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "spillikin/sort/face_signs.h"
@@ -28,6 +30,10 @@ class Mpvonc final : public Sorter {
   std::string why() const override { return "across empty space the depth of faces decides, which may err"; }
   bool exact() const override { return false; }
   std::size_t bytes() const override;
+  bool whileSerial(std::function<void()> start) override {
+    layered_.whileSerial(std::move(start));
+    return true;
+  }
 
  private:
   void firstTurns(const Viewpoint& viewpoint);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -119,6 +120,10 @@ class Sorter {
   virtual std::string why() const = 0;      // one sentence: what makes this order exact or not on this mesh
   virtual bool exact() const = 0;           // right from every viewpoint on this mesh
   virtual std::size_t bytes() const = 0;    // kept by the sorter
+
+  // What else there is to do may start once a view's work goes on on one core alone. Returns whether the sorter will
+  // call `start` then, in every view, from the thread that asked for the order; empty: no longer.
+  virtual bool whileSerial(std::function<void()> /*start*/) { return false; }
 };
 
 // What makes this one order exact or not, in a sentence: the sorter's, unless cells of a cycle overlapped in this view.
