@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include <hwy/targets.h>
 #include <oneapi/tbb/global_control.h>
 
 #include "spillikin/base/error.h"
@@ -14,6 +15,7 @@
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/radix_sort.h"
 #include "spillikin/sort/sort.h"
+#include "spillikin/sort/tetrahedron_states.h"
 #include "spillikin/sort/triangle_order.h"
 #include "tests/sort_orders.h"
 #include "tests/sort_views.h"
@@ -83,6 +85,41 @@ void expectSorted(const mesh::Mesh& mesh, const Viewpoint& v, const Order& order
   ASSERT_EQ(order.layer_offset.back(), order.cells.size());
   expectFaces(mesh, v, position,
               [&](mesh::Id behind, mesh::Id front) { ASSERT_NE(layer[position[behind]], layer[position[front]]); });
+}
+
+// Any bits, on every instruction set that this machine has, and ranges that vectors do not fill.
+TEST(TetrahedronStates, CountFacesOneByOne) {
+  const mesh::Mesh mesh = delaunay(300, 8);
+  const std::size_t cells = mesh.cell_count();
+  std::mt19937_64 random(5);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same bits each time
+  std::vector<std::uint64_t> bits(mesh.face_count() / 32 + 1);
+  for (std::uint64_t& word : bits)
+    word = random();
+  std::vector<std::uint8_t> expected(cells);
+  for (mesh::Id c = 0; c < cells; ++c) {
+    for (unsigned k = 0; k < 4; ++k) {
+      const mesh::FaceUse use = mesh.cell_face[4 * std::size_t{c} + k];
+      const auto bit = [&](unsigned side) {
+        const std::size_t at = 2 * std::size_t{use.face()} + side;
+        return static_cast<unsigned>(bits[at / 64] >> at % 64 & 1U);
+      };
+      expected[c] = static_cast<std::uint8_t>(expected[c] + bit(1 - use.side()) + (bit(use.side()) << (4 + k)));
+    }
+  }
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    for (const std::size_t first : {std::size_t{0}, std::size_t{5}}) {
+      for (const std::size_t last : {cells, cells - 3, first + 7}) {
+        std::vector<std::uint8_t> state(cells);
+        tetrahedronStates(bits.data(), mesh.cell_face.data(), first, last, state.data());
+        for (std::size_t c = 0; c < cells; ++c)
+          ASSERT_EQ(state[c], c < first || c >= last ? 0 : expected[c]) << hwy::TargetName(target) << ", cell " << c;
+      }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 TEST(Mpvo, OrdersConvexMeshesByEveryFace) {

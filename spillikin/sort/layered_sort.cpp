@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "spillikin/base/error.h"
+#include "spillikin/sort/tetrahedron_states.h"
 
 namespace spillikin::sort {
 namespace {
@@ -58,21 +59,8 @@ LayeredSort::LayeredSort(const mesh::Mesh& mesh) : mesh_(mesh), tetrahedral_(mes
 }
 
 void LayeredSort::countTetrahedra(const FaceSigns& signs) {
-  const std::uint64_t* bits = signs.interiorBits();
-  const mesh::FaceUse* uses = mesh_.cell_face.data();
   tbb::parallel_for(Range(0, mesh_.cell_count(), 1 << 13), [&](const Range& range) {
-    for (std::size_t c = range.begin(); c < range.end(); ++c) {
-      unsigned state = 0;
-      for (unsigned k = 0; k < 4; ++k) {
-        // Both bits of the face: this cell comes first, its neighbour does.
-        const mesh::Id packed = uses[4 * c + k].packed;
-        const auto pair = static_cast<unsigned>(bits[packed >> 6] >> (packed & 62U)) & 3U;
-        const unsigned side = packed & 1U;
-        state += ((pair >> side) & 1U) << (4 + k);
-        state += (pair >> (side ^ 1U)) & 1U;
-      }
-      state_[c] = static_cast<std::uint8_t>(state);
-    }
+    tetrahedronStates(signs.interiorBits(), mesh_.cell_face.data(), range.begin(), range.end(), state_.data());
   });
 }
 
@@ -144,7 +132,7 @@ void LayeredSort::release(mesh::Id cell, const Emit& emit) {
   };
   const auto freed = [&](mesh::Id next) {
     if constexpr (tetrahedral) {
-      return (decrement<parallel>(state_[next]) & count_mask) == 0;
+      return (decrement<parallel>(state_[next]) & state_count) == 0;
     } else {
       return decrement<parallel>(count_[next]) == 0;
     }

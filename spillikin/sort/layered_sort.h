@@ -12,6 +12,7 @@
 #include "spillikin/sort/face_signs.h"
 #include "spillikin/sort/parted_cells.h"
 #include "spillikin/sort/sort.h"
+#include "spillikin/sort/tetrahedron_states.h"
 #include "spillikin/sort/turns.h"
 
 namespace spillikin::sort {
@@ -54,13 +55,13 @@ class LayeredSort {
   std::size_t nodes() const { return parted_ == nullptr ? mesh_.cell_count() : parted_->nodes(); }
   const PartedCells* parted() const { return parted_; }
   mesh::Id cell(mesh::Id node) const { return parted_ == nullptr ? node : parted_->cell(node); }
-  bool left(mesh::Id cell) const { return (tetrahedral_ ? state_[cell] & count_mask : count_[cell]) != 0; }
+  bool left(mesh::Id cell) const { return (tetrahedral_ ? state_[cell] & state_count : count_[cell]) != 0; }
   // Calls f(successor) for every cell that must come after this one, by a face of it or inside a parted cell.
   template <class F>
   void forEachAfter(mesh::Id cell, F&& f) const {
     if (tetrahedral_) {
       for (unsigned k = 0; k < 4; ++k) {
-        if ((state_[cell] & (first_after << k)) != 0) f(neighbour_[4 * std::size_t{cell} + k]);
+        if ((state_[cell] & (state_first_after << k)) != 0) f(neighbour_[4 * std::size_t{cell} + k]);
       }
       return;
     }
@@ -74,8 +75,6 @@ class LayeredSort {
   std::size_t bytes() const;
 
  private:
-  static constexpr unsigned count_mask = 0x0F, first_after = 0x10;
-
   void countTetrahedra(const FaceSigns& signs);
   void countCells(const FaceSigns& signs);
   void countParted();
@@ -101,7 +100,7 @@ class LayeredSort {
   const PartedCells* parted_ = nullptr;     // of the call, where cells are parted
   std::size_t listed_ = 0;                  // cells in the order so far
   std::vector<mesh::Id> neighbour_;         // beside mesh.cell_face: the cell behind the face, or none
-  std::vector<std::uint8_t> state_;         // tetrahedra: bits 0-3 the count, 4-7 the neighbours that come after
+  std::vector<std::uint8_t> state_;         // of tetrahedra, see tetrahedron_states.h
   std::vector<std::uint64_t> after_;        // other cells: bit k, the cell at neighbour_[k] comes after
   std::vector<std::uint16_t> count_;        // other nodes: edges from what must come first, 1 for all extras
   std::vector<std::uint32_t> extra_count_;  // per cell, only with extra edges
