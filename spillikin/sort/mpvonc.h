@@ -21,7 +21,7 @@ namespace spillikin::sort {
 // depths alone decide, which may err. Cells of a cycle are listed by the distance of
 // their means, uncut.
 //
-// Cost of a view: linear, on all cores.
+// Cost of a view: linear; the queue mostly on one core, all else on all.
 class Mpvonc final : public Sorter {
  public:
   explicit Mpvonc(const mesh::Mesh& mesh);
