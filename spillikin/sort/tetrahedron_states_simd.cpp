@@ -18,6 +18,7 @@ void States(const std::uint64_t* bits, const mesh::FaceUse* uses, std::size_t fi
   const hn::Rebind<std::uint8_t, decltype(d)> d8;
   const std::size_t lanes = hn::Lanes(d);
   static_assert(sizeof(mesh::FaceUse) == sizeof(std::uint32_t));
+  static_assert(state_first_after == 1U << 4U && state_count == 15U);
   const auto* packed = reinterpret_cast<const std::uint32_t*>(uses);
   const auto* words = reinterpret_cast<const std::int32_t*>(bits);  // of little ends, as all targets here are
   const auto one = hn::Set(d, 1);
