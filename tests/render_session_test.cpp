@@ -111,7 +111,7 @@ TEST(Session, OneColourNeedsNoOrder) {
       Image images[2];
       for (const bool sorted : {false, true}) {
         const auto algorithm = sorted ? sort::Algorithm::xmpvo : sort::Algorithm::automatic;
-        render::Session session(source, {.sort = algorithm, .backend = backend});
+        render::Session session(source, {.sort = algorithm, .backend = backend, .walking = composite::Walking::never});
         View view = session.defaultView(64, 48);
         render::turnView(view, {25.0, 35.0, 1.0});
         session.setView(view);
@@ -174,7 +174,7 @@ float largestDifference(const Image& a, const Image& b) {
 
 TEST(Session, AcrossGapsAQuickOrderBehindTheCertificateDrawsWhatAnExactOrderDraws) {
   for (const mesh::Source& source : {tests::shell(6), tests::interlockedTori(3)}) {
-    render::Session automatic(source);
+    render::Session automatic(source, {.walking = composite::Walking::never});
     render::Session exact(source, {.sort = sort::Algorithm::xmpvo});
     View view = automatic.defaultView(96, 96);
     for (int k = 0; k < 6; ++k) {
@@ -191,14 +191,55 @@ TEST(Session, AcrossGapsAQuickOrderBehindTheCertificateDrawsWhatAnExactOrderDraw
   }
 }
 
+TEST(Session, SmallCellsAreWalkedThroughWithoutAnOrder) {
+  render::Session automatic(tests::shell(6));
+  render::Session ordered(tests::shell(6), {.walking = composite::Walking::never});
+  for (const int size : {64, 1500}) {
+    for (render::Session* session : {&automatic, &ordered})
+      session->setView(session->defaultView(size, size));
+    EXPECT_LE(largestDifference(automatic.draw(), ordered.draw()), 1e-4F);
+    EXPECT_NE(ordered.stats().sort.road, "walk");
+    EXPECT_EQ(automatic.stats().sort.road == "walk", size == 64);
+    EXPECT_TRUE(automatic.stats().certificate.present);
+    if (size != 64) continue;
+    EXPECT_TRUE(automatic.stats().sort.exact);
+    EXPECT_EQ(automatic.stats().sort.algorithm, "none");
+    EXPECT_EQ(automatic.stats().sort.seconds, 0.0);
+  }
+  EXPECT_TRUE(automatic.order().exact) << "who asks for an order gets one";
+  EXPECT_EQ(automatic.stats().sort.road, "order");
+}
+
+// Cells that overlap: rays find them out, and the picture is drawn as it was without them.
+TEST(Session, WhereRaysLoseTheirWayThereIsAnOrder) {
+  mesh::Source shifted = tests::tetrahedronGrid(3);
+  for (Vec3& p : shifted.points)
+    p += Vec3(0.5, 0.4, 0.3);
+  const mesh::Source source = tests::join(tests::tetrahedronGrid(3), shifted);
+  render::Session walks(source, {.walking = composite::Walking::always});
+  render::Session ordered(source, {.walking = composite::Walking::never});
+  for (int k = 0; k < 2; ++k) {
+    for (render::Session* session : {&walks, &ordered}) {
+      View view = session->defaultView(64, 48);
+      render::turnView(view, {30.0 * k, 10.0, 1.0});
+      session->setView(view);
+    }
+    EXPECT_EQ(walks.draw().rgba, ordered.draw().rgba);
+    EXPECT_EQ(walks.stats().sort.road, ordered.stats().sort.road);
+    EXPECT_EQ(walks.stats().certificate.unresolved, ordered.stats().certificate.unresolved);
+  }
+  EXPECT_EQ(walks.warnings(), ordered.warnings());
+}
+
 TEST(Session, WhereTheCertificateIsTooCoarseTheOrderMustBeExact) {
-  render::Session session(tests::interlockedTori(3));
+  const render::Engine in_order{.walking = composite::Walking::never};
+  render::Session session(tests::interlockedTori(3), in_order);
   session.setView(session.defaultView(48, 48));
   session.setTransferFunction(session.transferFunction().scaled(1e4));
   session.draw();
   EXPECT_EQ(session.stats().sort.road, "order");
   EXPECT_TRUE(session.stats().sort.exact);
-  render::Session convex(tests::tetrahedronGrid(3));
+  render::Session convex(tests::tetrahedronGrid(3), in_order);
   convex.setView(convex.defaultView(48, 48));
   convex.draw();
   EXPECT_EQ(convex.stats().sort.road, "order");

@@ -165,6 +165,9 @@ void addEngine(CLI::App& app, EngineOptions& o) {
       ->group(group)
       ->check(CLI::IsMember(
           {"auto", "mpvo", "mpvonc", "xmpvo", "bsp-xmpvo", "power", "newell", "convexified", "centroid", "none"}));
+  app.add_option("--walk", o.walk, "rays walk through tetrahedra, without an order (default auto: where it is quicker)")
+      ->group(group)
+      ->check(CLI::IsMember({"auto", "never", "always"}));
   app.add_option("--project", o.project, "whole cells (zoo) or their tetrahedra (default auto)")
       ->group(group)
       ->check(CLI::IsMember({"auto", "zoo", "tets"}));

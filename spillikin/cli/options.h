@@ -39,7 +39,7 @@ struct LookOptions {
 };
 
 struct EngineOptions {
-  std::string sort = "auto", project = "auto", integrate = "exact", backend = "auto";
+  std::string sort = "auto", walk = "auto", project = "auto", integrate = "exact", backend = "auto";
   int threads = 0;
 };
 

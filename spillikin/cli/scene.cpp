@@ -188,6 +188,7 @@ render::Session openSession(const SceneOptions& o, mesh::Source source, double l
                             const std::optional<std::array<double, 2>>& range) {
   render::Engine engine;
   engine.sort = sort::algorithm(o.engine.sort);
+  engine.walking = composite::walking(o.engine.walk);
   engine.projection = render::projection(o.engine.project);
   engine.integration = composite::integration(o.engine.integrate);
   engine.backend = composite::backend(o.engine.backend);

@@ -19,6 +19,8 @@ constexpr std::array<std::pair<Integration, const char*>, 4> integrations{
      {Integration::preintegrated, "preintegrated"},
      {Integration::average, "average"},
      {Integration::vertex, "vertex"}}};
+constexpr std::array<std::pair<Walking, const char*>, 3> walkings{
+    {{Walking::automatic, "auto"}, {Walking::never, "never"}, {Walking::always, "always"}}};
 
 template <class Table, class Value>
 const char* nameIn(const Table& table, Value value) {
@@ -52,12 +54,20 @@ const char* name(Integration integration) {
   return nameIn(integrations, integration);
 }
 
+const char* name(Walking walking) {
+  return nameIn(walkings, walking);
+}
+
 Backend backend(std::string_view name) {
   return valueIn(backends, name, "backend");
 }
 
 Integration integration(std::string_view name) {
   return valueIn(integrations, name, "integration");
+}
+
+Walking walking(std::string_view name) {
+  return valueIn(walkings, name, "way to walk");
 }
 
 std::unique_ptr<Compositor> makeCompositor(Backend backend) {

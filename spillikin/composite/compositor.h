@@ -18,10 +18,14 @@ namespace spillikin::composite {
 
 enum class Backend : std::uint8_t { automatic, native, osmesa, egl };
 enum class Integration : std::uint8_t { exact, preintegrated, average, vertex };
+// Whether rays may walk through the mesh in place of projecting it in an order.
+enum class Walking : std::uint8_t { automatic, never, always };
 const char* name(Backend backend);
 const char* name(Integration integration);
+const char* name(Walking walking);
 Backend backend(std::string_view name);          // throws Error that lists the names
 Integration integration(std::string_view name);  // throws Error that lists the names
+Walking walking(std::string_view name);          // throws Error that lists the names
 
 // Everything a frame is made of; all of it outlives the call. The field lies on `mesh`; on a mesh of tetrahedra it is
 // linear in each, on other cells it follows the face model; a cell field is constant in each cell.
@@ -37,6 +41,8 @@ struct Frame {
   bool same_field = false;
   bool same_transfer_function = false;
   bool order_matters = true;  // false where any order gives the same picture
+  Walking walking = Walking::automatic;
+  bool ordered = true;  // false: `order` is empty, since Compositor::needsOrder() has said that none is needed
   // The colour at the largest scalar on the ray, opaque, in place of the integral (integrate::Optics::mip; the other
   // optical models are looks of the integral).
   bool peaks = false;
@@ -63,6 +69,10 @@ class Compositor {
   // Does what of a frame needs no order, so that it may run while the order is still being made: everything but
   // frame.order is read. Not needed; if called, draw() must be next, with the very same frame.
   virtual void prepare(const Frame& /*frame*/) {}
+  // Whether the frame is to be drawn in an order, which costs its finding: everything but frame.order is read. False
+  // where the compositor can do without, and sooner; the same frame, not `ordered`, must be drawn next then.
+  // It may turn out that an order is needed after all: the picture is not certified then, and means nothing.
+  virtual bool needsOrder(const Frame& /*frame*/) { return true; }
   // `image` takes the camera's size. Throws Error when the device cannot hold the image.
   virtual FrameStats draw(const Frame& frame, Image& image) = 0;
   virtual Backend backend() const = 0;

@@ -11,6 +11,7 @@
 #include "spillikin/composite/native_bins.h"
 #include "spillikin/composite/native_screen.h"
 #include "spillikin/composite/native_tile.h"
+#include "spillikin/composite/native_walk.h"
 #include "spillikin/composite/peaks.h"
 
 namespace spillikin::composite {
@@ -32,6 +33,7 @@ std::size_t maxEntries(std::size_t cells) {
 class Native final : public Compositor {
  public:
   void prepare(const Frame& frame) override;
+  bool needsOrder(const Frame& frame) override;
   FrameStats draw(const Frame& frame, Image& image) override;
   Backend backend() const override { return Backend::native; }
   // The tolerance is a share of the range of nearness, at the far end of which a depth is up to four times as long.
@@ -39,10 +41,14 @@ class Native final : public Compositor {
 
  private:
   static constexpr int region_step = max_region_tiles * tile_size;
+  void setScreen(const Frame& frame);
+  FrameStats walk(const Frame& frame, Image& image);
   void drawRegion(const Box& region, Image& image, FrameStats& stats);
   void drawTiles(const Box& region, Image& image, FrameStats& stats);
 
   Screen screen_;
+  bool screen_set_ = false;  // for the frame that is to be drawn next
+  Walk walk_;
   Bins bins_;
   std::vector<PixelBox> pieces_;  // of the order's cuts
   bool prepared_ = false;
@@ -52,7 +58,8 @@ class Native final : public Compositor {
 
 void Native::prepare(const Frame& frame) {
   const auto start = Clock::now();
-  screen_.set(frame);
+  if (!screen_set_ && !frame.same_mesh) walk_.forget();
+  setScreen(frame);
   // An image of one region has its cells' tiles found here already.
   const int width = frame.camera.width();
   const int height = frame.camera.height();
@@ -60,6 +67,34 @@ void Native::prepare(const Frame& frame) {
   if (width <= region_step && height <= region_step) bins_.findBoxes(screen_, {0, 0, width, height});
   prepared_ = true;
   prepare_seconds_ = secondsSince(start);
+}
+
+void Native::setScreen(const Frame& frame) {
+  if (screen_set_) {
+    screen_.moveTo(frame);
+  } else {
+    screen_.set(frame);
+  }
+  screen_set_ = true;
+}
+
+bool Native::needsOrder(const Frame& frame) {
+  screen_set_ = false;
+  if (!frame.same_mesh) walk_.forget();
+  if (frame.walking == Walking::never || (frame.walking == Walking::automatic && !walkPays(frame))) return true;
+  if (!walk_.takes(frame)) return true;
+  setScreen(frame);
+  return !walk_.sees(screen_);
+}
+
+FrameStats Native::walk(const Frame& frame, Image& image) {
+  FrameStats stats;
+  const auto start = Clock::now();
+  setScreen(frame);
+  screen_set_ = false;
+  walk_.draw(screen_, image, stats);
+  stats.composite_seconds = secondsSince(start);
+  return stats;
 }
 
 FrameStats Native::draw(const Frame& frame, Image& image) {
@@ -71,8 +106,9 @@ FrameStats Native::draw(const Frame& frame, Image& image) {
   image.width = width;
   image.height = height;
   image.rgba.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+  if (!frame.ordered) return walk(frame, image);
   if (!prepared_) prepare(frame);
-  prepared_ = false;
+  prepared_ = screen_set_ = false;
   FrameStats stats;
   const auto start = Clock::now();
   findPieces(screen_, pieces_);

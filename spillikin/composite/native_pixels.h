@@ -31,6 +31,13 @@ inline constexpr std::size_t pixelIndex(int x, int y) {
   return static_cast<std::size_t>(((y >> 2) * block_columns + (x >> 2)) * block_pixels + (y & 3) * 4 + (x & 3));
 }
 
+inline constexpr std::int32_t pixelColumn(std::size_t pixel) {
+  return static_cast<std::int32_t>(pixel / block_pixels % block_columns * 4 + pixel % 4);
+}
+inline constexpr std::int32_t pixelRow(std::size_t pixel) {
+  return static_cast<std::int32_t>(pixel / block_pixels / block_columns * 4 + pixel % block_pixels / 4);
+}
+
 // Structure of arrays over pixelIndex.
 struct Pixels {
   template <class T>

@@ -63,6 +63,8 @@ class Screen {
  public:
   // Redoes what the frame's flags do not say is unchanged. Linear in the vertices, on all cores. Reuses its memory.
   void set(const Frame& frame);
+  // The same inputs in another frame, which may be ordered by now.
+  void moveTo(const Frame& frame) { frame_ = &frame; }
 
   const Frame& frame() const { return *frame_; }
   const mesh::Mesh& mesh() const { return frame_->mesh; }

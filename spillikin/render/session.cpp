@@ -111,6 +111,7 @@ struct Session::Impl {
   std::optional<sort::Convexity> convexity;  // of the drawn mesh, once asked for
   double extent = 0.0;                       // of the mesh, its diagonal
   bool crowded = false;                      // too many pixels had to be sorted again
+  bool lost = false;                         // rays that walk through the mesh lose their way
   // Tier (c).
   View view;
   std::optional<project::Camera> camera;
@@ -140,6 +141,10 @@ struct Session::Impl {
   Sorted& sorter(Road road);
   Sorted& sort(Road road);
   void sortAndPrepare(Road road, const composite::Frame& frame);
+  composite::Frame frame(const sort::Order& order);
+  bool walk(Image& image);
+  void drawInOrder(Image& image);
+  void record(const composite::FrameStats& drawn);
   void warn(std::string line);
   std::string called() const { return mesh.name.empty() ? "the mesh" : mesh.name; }
 };
@@ -202,7 +207,7 @@ void Session::Impl::newGeometry() {
   file = {};
   rendition.reset();
   convexity.reset();
-  crowded = false;
+  crowded = lost = false;
   drew_mesh = drew_field = false;
 }
 
@@ -350,6 +355,80 @@ void Session::Impl::sortAndPrepare(Road road, const composite::Frame& frame) {
   beside.wait();
 }
 
+// What is drawn now, in `order`, which may be made later.
+composite::Frame Session::Impl::frame(const sort::Order& order) {
+  const Rendition& look = drawnLook();
+  return {.mesh = drawnMesh(),
+          .field = drawnField(),
+          .transfer_function = look.look,
+          .camera = *camera,
+          .order = order,
+          .integration = engine.integration,
+          .same_mesh = drew_mesh,
+          .same_field = drew_field,
+          .same_transfer_function = drew_transfer_function,
+          .order_matters = look.order_matters,
+          .walking = engine.walking,
+          .peaks = look.peaks,
+          .clear = clear};
+}
+
+// False where the picture has to be drawn in an order.
+bool Session::Impl::walk(Image& image) {
+  if (engine.sort != sort::Algorithm::automatic || lost) return false;
+  static const sort::Order none;
+  composite::Frame unordered = frame(none);
+  if (compositor->needsOrder(unordered)) return false;
+  unordered.ordered = false;
+  const composite::FrameStats drawn = compositor->draw(unordered, image);
+  lost = !drawn.certified;
+  if (lost) return false;
+  stats.sort = {};
+  stats.sort.algorithm = sort::name(sort::Algorithm::none);
+  stats.sort.exact = true;
+  stats.sort.road = "walk";
+  stats.sort.why = "cells are so small on the screen that rays walk from one to the next, and need no order";
+  record(drawn);
+  return true;
+}
+
+void Session::Impl::drawInOrder(Image& image) {
+  constexpr double crowd = 0.01;  // of the image's pixels: repairing more costs about as much as an exact order
+  const Road way = road();
+  const Sorted& sorted = sorter(way);
+  const composite::Frame ordered = frame(sorted.order);
+  sortAndPrepare(way, ordered);
+  if (!ordered.order_matters) {
+    stats.sort.exact = true;
+    stats.sort.why = "under this look and these optics no order shows";
+  }
+  const composite::FrameStats drawn = compositor->draw(ordered, image);
+  record(drawn);
+  if (way == Road::certificate) crowded = static_cast<double>(drawn.flagged) > crowd * view.width * view.height;
+  const bool certified = drawn.certified && drawn.unresolved == 0;
+  if (ordered.order_matters && !sorted.order.exact && !certified && way == Road::order) {
+    warn(fmt::format("{}: the order may be wrong on some pixels: {}", called(), stats.sort.why));
+  }
+  if (drawn.unresolved > 0) {
+    warn(fmt::format(
+        "{}: on {} pixels cells overlap in space, where no order is right; spillikin sort --verify names them",
+        called(), drawn.unresolved));
+  }
+}
+
+void Session::Impl::record(const composite::FrameStats& drawn) {
+  stats.project.seconds = drawn.project_seconds;
+  stats.composite.backend = composite::name(compositor->backend());
+  stats.composite.integration = composite::name(engine.integration);
+  stats.composite.seconds = drawn.composite_seconds;
+  stats.composite.fragments = drawn.fragments;
+  stats.certificate = {drawn.certified || drawn.flagged + drawn.unresolved > 0, drawn.flagged, drawn.resolved,
+                       drawn.unresolved};
+  stats.total_seconds = stats.load_seconds + clock.seconds();
+  stats.peak_rss_bytes = peakResidentBytes();
+  stats.threads = ThreadLimit::current();
+}
+
 Session::Session(mesh::Source source, const Engine& engine) : impl_(std::make_unique<Impl>()) {
   impl_->engine = engine;
   setSource(std::move(source));
@@ -427,55 +506,14 @@ integrate::TransferFunction Session::defaultTransferFunction() const {
 }
 
 void Session::draw(Image& image) {
-  constexpr double crowd = 0.01;  // of the image's pixels: repairing more costs about as much as an exact order
   Impl& s = *impl_;
   const std::size_t pixels = static_cast<std::size_t>(s.view.width) * static_cast<std::size_t>(s.view.height);
   if (image.rgba.size() < 4 * pixels) requireImageMemory(s.view, availableBytes());
   s.chooseCompositor();
-  const Road road = s.road();
-  const Sorted& sorted = s.sorter(road);
-  const Rendition& look = s.drawnLook();
   s.findClearCells();
-  const composite::Frame frame{.mesh = s.drawnMesh(),
-                               .field = s.drawnField(),
-                               .transfer_function = look.look,
-                               .camera = *s.camera,
-                               .order = sorted.order,
-                               .integration = s.engine.integration,
-                               .same_mesh = s.drew_mesh,
-                               .same_field = s.drew_field,
-                               .same_transfer_function = s.drew_transfer_function,
-                               .order_matters = look.order_matters,
-                               .peaks = look.peaks,
-                               .clear = s.clear};
-  s.sortAndPrepare(road, frame);
-  if (!look.order_matters) {
-    s.stats.sort.exact = true;
-    s.stats.sort.why = "under this look and these optics no order shows";
-  }
-  const composite::FrameStats drawn = s.compositor->draw(frame, image);
-  develop(look, image);
+  if (!s.walk(image)) s.drawInOrder(image);
+  develop(s.drawnLook(), image);
   s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
-  s.stats.project.seconds = drawn.project_seconds;
-  s.stats.composite.backend = composite::name(s.compositor->backend());
-  s.stats.composite.integration = composite::name(s.engine.integration);
-  s.stats.composite.seconds = drawn.composite_seconds;
-  s.stats.composite.fragments = drawn.fragments;
-  s.stats.certificate = {drawn.certified || drawn.flagged + drawn.unresolved > 0, drawn.flagged, drawn.resolved,
-                         drawn.unresolved};
-  s.stats.total_seconds = s.stats.load_seconds + s.clock.seconds();
-  s.stats.peak_rss_bytes = peakResidentBytes();
-  s.stats.threads = ThreadLimit::current();
-  if (road == Road::certificate) s.crowded = static_cast<double>(drawn.flagged) > crowd * s.view.width * s.view.height;
-  const bool certified = drawn.certified && drawn.unresolved == 0;
-  if (look.order_matters && !sorted.order.exact && !certified && road == Road::order) {
-    s.warn(fmt::format("{}: the order may be wrong on some pixels: {}", s.called(), s.stats.sort.why));
-  }
-  if (drawn.unresolved > 0) {
-    s.warn(fmt::format(
-        "{}: on {} pixels cells overlap in space, where no order is right; spillikin sort --verify names them",
-        s.called(), drawn.unresolved));
-  }
 }
 
 Image Session::draw() {

@@ -31,6 +31,8 @@ struct Engine {
   Projection projection = Projection::automatic;
   composite::Integration integration = composite::Integration::exact;
   composite::Backend backend = composite::Backend::automatic;
+  // Only with automatic sorting, and where the compositor can: see composite::Compositor::needsOrder.
+  composite::Walking walking = composite::Walking::automatic;
 };
 
 // Caps the threads of every session of the process while it lives; 0 means all cores.

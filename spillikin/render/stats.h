@@ -23,7 +23,8 @@ struct Stats {
     std::size_t subdivided_cells = 0;                  // drawn in more than one piece
     bool exact = false;                                // the order is proven
     std::string why;
-    std::string road;  // "order": the picture trusts it; "certificate": it is checked and repaired pixel by pixel
+    // "order": the picture trusts it; "certificate": it is checked and repaired pixel by pixel; "walk": there is none
+    std::string road;
   } sort;
   struct {
     double seconds = 0.0;

@@ -1,0 +1,248 @@
+// What walking rays see: each ray of a vector runs through a cell of its own, over pieces of the transfer function of
+// its own, so that the pieces' numbers are looked up per ray. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_WALK_SHADE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_WALK_SHADE_INL_H
+#undef SPILLIKIN_NATIVE_WALK_SHADE_INL_H
+#else
+#define SPILLIKIN_NATIVE_WALK_SHADE_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "spillikin/composite/native_shade-inl.h"
+#include "spillikin/composite/native_walk_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DI = hn::RebindToSigned<DF>;
+using VI = hn::Vec<DI>;
+
+// The numbers of one piece for each lane: from a register where there are no more pieces than lanes.
+template <bool in_register>
+class Lookup {
+ public:
+  explicit HWY_INLINE Lookup(VI piece) : piece_(piece) {}
+  HWY_INLINE VF operator()(const std::vector<float>& numbers) const {
+    const DF d;
+    if constexpr (in_register) {
+      return hn::TableLookupLanes(hn::LoadU(d, numbers.data()), hn::IndicesFromVec(d, piece_));
+    } else {
+      return hn::GatherIndex(d, numbers.data(), piece_);
+    }
+  }
+
+ private:
+  VI piece_;
+};
+
+// The pieces that scalars lie in; at a jump, the upper one.
+HWY_INLINE VI pieceOf(const PieceTable& pieces, VF scalar) {
+  const DI di;
+  VI piece = hn::Zero(di);
+  for (std::int32_t k = 0; k + 1 < pieces.count; ++k) {
+    const auto beyond = hn::Ge(scalar, hn::Set(DF(), pieces.end[static_cast<std::size_t>(k)]));
+    piece = hn::Add(piece, hn::IfThenElseZero(hn::RebindMask(di, beyond), hn::Set(di, 1)));
+  }
+  return piece;
+}
+
+// The same, from pieces that are near.
+template <bool in_register>
+HWY_INLINE VI pieceFrom(const PieceTable& pieces, VI piece, VF scalar) {
+  const DI di;
+  const VI one = hn::Set(di, 1);
+  const auto beyond = [&]() HWY_ATTR {
+    return hn::RebindMask(di, hn::Ge(scalar, Lookup<in_register>(piece)(pieces.end)));
+  };
+  const auto before = [&]() HWY_ATTR {
+    return hn::RebindMask(di, hn::Lt(scalar, Lookup<in_register>(piece)(pieces.begin)));
+  };
+  for (auto up = beyond(); !hn::AllFalse(di, up); up = beyond())
+    piece = hn::Add(piece, hn::IfThenElseZero(up, one));
+  for (auto down = before(); !hn::AllFalse(di, down); down = before())
+    piece = hn::Sub(piece, hn::IfThenElseZero(down, one));
+  return piece;
+}
+
+// A step of every ray: from where to where, through which pieces.
+struct Stretch {
+  VF from, to;  // scalar
+  VF length;    // in world units, not below 0
+  VI first, last;
+};
+
+template <bool in_register>
+class WalkShader {
+ public:
+  HWY_INLINE WalkShader(const PieceTable& pieces, const RayPacket& r) : pieces_(pieces) {
+    const DF d;
+    red_ = hn::Load(d, r.red);
+    green_ = hn::Load(d, r.green);
+    blue_ = hn::Load(d, r.blue);
+    light_ = hn::Load(d, r.light);
+  }
+
+  HWY_INLINE void store(RayPacket& r) const {
+    const DF d;
+    hn::Store(red_, d, r.red);
+    hn::Store(green_, d, r.green);
+    hn::Store(blue_, d, r.blue);
+    hn::Store(light_, d, r.light);
+  }
+
+  HWY_INLINE void add(const Stretch& s) {
+    if (!pieces_.straight || !addStraight(s)) addAny(s);
+  }
+
+ private:
+  // Extinction on one line and not so deep (see StraightShader). False, with nothing done, where some ray asks for
+  // more.
+  HWY_INLINE bool addStraight(const Stretch& s) {
+    const DF d;
+    const DI di;
+    const VF zero = hn::Zero(d), a_half = hn::Set(d, 0.5F);
+    const VF mean = hn::Mul(hn::Add(s.from, s.to), a_half), half = hn::Mul(hn::Sub(s.to, s.from), a_half);
+    const VF slope = hn::Set(d, pieces_.extinction_slope[0]);
+    const VF depth = hn::Mul(
+        s.length, hn::MulAdd(slope, hn::Sub(mean, hn::Set(d, pieces_.anchor[0])), hn::Set(d, pieces_.extinction[0])));
+    const VF growth = hn::Mul(hn::Mul(s.length, hn::Add(slope, slope)), half);
+    const VF most = hn::Max(hn::MulAdd(hn::Abs(growth), a_half, depth), hn::Abs(growth));
+    VF alpha, skew;
+    static_assert(thin_depth == thin_growth);
+    if (hn::AllTrue(d, hn::Lt(most, hn::Set(d, thin_depth)))) {
+      alpha = ShortSeries::alpha(depth);
+      skew = ShortSeries::skew(depth, depth, growth, zero);
+    } else {
+      if (!hn::AllTrue(d, hn::Lt(most, hn::Set(d, deep_depth)))) return false;
+      alpha = ForwardSeries::alpha(depth);
+      skew = ForwardSeries::skew(depth, depth, growth, zero);
+    }
+    const VI low = hn::Min(s.first, s.last), high = hn::Max(s.first, s.last);
+    const auto bent = hn::Lt(low, high);
+    const bool bends = !hn::AllFalse(di, bent);
+    if (bends && !fewBends(low, high, half, depth, growth)) return false;
+
+    const VF a = hn::Mul(light_, alpha), tilt = hn::Mul(light_, hn::Mul(half, skew));
+    light_ = hn::Sub(light_, a);
+    const Lookup<in_register> at(low);
+    addLine(at, a, hn::MulAdd(hn::Sub(mean, at(pieces_.anchor)), a, tilt));
+    if (bends) addBends(low, high, {mean, half, s.length}, a, tilt, depth, growth);
+    return true;
+  }
+
+  // Whether bends may be weighted with the mean, the tilt and the bow of the light (see Look).
+  HWY_INLINE bool fewBends(VI low, VI high, VF half, VF depth, VF growth) const {
+    const DF d;
+    const Lookup<in_register> at_low(low), at_high(high);
+    const VF change = hn::Abs(hn::Add(half, half));
+    const VF bend = hn::Mul(change, hn::Sub(at_high(pieces_.bent), at_low(pieces_.bent)));
+    const VF part = hn::MulAdd(hn::Mul(hn::Set(d, 0.5F), depth), depth, hn::Mul(hn::Set(d, 1.5F), hn::Abs(growth)));
+    const VF left_out = hn::Mul(bend, part);
+    return hn::AllTrue(d, hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bowed_left_out))));
+  }
+
+  HWY_INLINE void addLine(const Lookup<in_register>& at, VF a, VF tint) {
+    red_ = hn::MulAdd(at(pieces_.color[0]), a, hn::MulAdd(at(pieces_.color_slope[0]), tint, red_));
+    green_ = hn::MulAdd(at(pieces_.color[1]), a, hn::MulAdd(at(pieces_.color_slope[1]), tint, green_));
+    blue_ = hn::MulAdd(at(pieces_.color[2]), a, hn::MulAdd(at(pieces_.color_slope[2]), tint, blue_));
+  }
+
+  // The joints between pieces `low` and `high` of each ray, from the lowest on.
+  HWY_INLINE void addBends(VI low, VI high, const Segment& s, VF a, VF tilt, VF depth, VF growth) {
+    const DI di;
+    const Ramps<VF> ramps(s, a, tilt);
+    const VF bow = ramps.bow(a, depth, growth);
+    for (auto bent = hn::Lt(low, high); !hn::AllFalse(di, bent); bent = hn::Lt(low, high)) {
+      const Lookup<in_register> at(low);
+      const VF weight =
+          hn::IfThenElseZero(hn::RebindMask(DF(), bent), ramps.template weight<true>(at(pieces_.end), bow));
+      red_ = hn::MulAdd(at(pieces_.kink[0]), weight, red_);
+      green_ = hn::MulAdd(at(pieces_.kink[1]), weight, green_);
+      blue_ = hn::MulAdd(at(pieces_.kink[2]), weight, blue_);
+      low = hn::Add(low, hn::IfThenElseZero(bent, hn::Set(di, 1)));
+    }
+  }
+
+  // Anything: piece by piece along the ray, each at any depth.
+  HWY_INLINE void addAny(const Stretch& s) {
+    const DF d;
+    const DI di;
+    const VF one = hn::Set(d, 1.0F);
+    const VF whole = hn::Sub(s.to, s.from);
+    // On a scale of [0, 1]; of less than this the inverse would have no end.
+    const auto flat = hn::Lt(hn::Abs(whole), hn::Set(d, 1e-30F));
+    const VF per_whole = hn::Div(one, hn::IfThenElse(flat, one, whole));
+    VF from = s.from;
+    VI piece = s.first;
+    auto todo = hn::Eq(piece, piece);
+    while (!hn::AllFalse(di, todo)) {
+      const Lookup<in_register> at(piece);
+      const auto last = hn::Eq(piece, s.last), up = hn::Lt(piece, s.last);
+      const VF border = hn::IfThenElse(hn::RebindMask(d, up), at(pieces_.end), at(pieces_.begin));
+      const VF to = hn::IfThenElse(hn::RebindMask(d, last), s.to, border);
+      const VF part = hn::Sub(to, from);
+      const VF share = hn::IfThenElse(flat, hn::IfThenElseZero(hn::RebindMask(d, last), one),
+                                      hn::Max(hn::Mul(part, per_whole), hn::Zero(d)));
+      const VF length = hn::IfThenElseZero(hn::RebindMask(d, todo), hn::Mul(share, s.length));
+      const Glow<VF> glow = anyDepth(hn::Sub(from, at(pieces_.anchor)), part, length, at(pieces_.extinction),
+                                     at(pieces_.extinction_slope));
+      const VF a = hn::Mul(light_, glow.alpha);
+      addLine(at, a, hn::Mul(light_, glow.tint));
+      light_ = hn::Sub(light_, a);
+      from = to;
+      todo = hn::AndNot(last, todo);
+      const VI on = hn::IfThenElse(up, hn::Set(di, 1), hn::Set(di, -1));
+      piece = hn::Add(piece, hn::IfThenElseZero(todo, on));
+    }
+  }
+
+  const PieceTable& pieces_;
+  VF red_, green_, blue_, light_;
+};
+
+template <bool in_register>
+HWY_INLINE void shadePath(const PieceTable& pieces, const RayPath& path, std::size_t steps, RayPacket& r) {
+  const DF d;
+  WalkShader<in_register> shader(pieces, r);
+  const VF unit = hn::Load(d, r.length);
+  VF depth = hn::Load(d, path.depth[0]), least = hn::Load(d, r.advance);
+  VF scalar = hn::Load(d, path.scalar[0]);
+  VI piece = hn::Load(DI(), r.piece);
+  for (std::size_t n = 1; n <= steps; ++n) {
+    const VF next_depth = hn::Load(d, path.depth[n]), next_scalar = hn::Load(d, path.scalar[n]);
+    const VF advance = hn::Sub(next_depth, depth);
+    least = hn::Min(least, advance);
+    const VI next_piece = pieceFrom<in_register>(pieces, piece, next_scalar);
+    shader.add({scalar, next_scalar, hn::Mul(hn::Max(advance, hn::Zero(d)), unit), piece, next_piece});
+    depth = next_depth;
+    scalar = next_scalar;
+    piece = next_piece;
+  }
+  shader.store(r);
+  hn::Store(least, d, r.advance);
+  hn::Store(piece, DI(), r.piece);
+}
+
+// Composites what the rays of a packet saw on their last steps.
+HWY_NOINLINE void shade(const PieceTable& pieces, const RayPath& path, std::size_t steps, RayPacket& r) {
+  if (static_cast<std::size_t>(pieces.count) <= hn::Lanes(DF())) {
+    shadePath<true>(pieces, path, steps, r);
+  } else {
+    shadePath<false>(pieces, path, steps, r);
+  }
+}
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
