@@ -23,6 +23,9 @@ namespace {
 constexpr double most_pixels_a_cell = 64.0;
 constexpr std::size_t sampled_cells = 1024;
 
+// Links of more bytes than this lie too far from a core for a step to wait for them.
+constexpr std::size_t large_links = std::size_t{32} << 20U;
+
 // The mesh's nearest depth as a share of its farthest, at least: so near the eye faces fill the screen.
 constexpr double least_nearest = 1e-4;
 
@@ -295,6 +298,7 @@ bool Walk::draw(const Screen& screen, Image& image, FrameStats& stats) {
   frame_.links = links_.links().data();
   frame_.entrances = links_.entrances().data();
   frame_.pieces = &pieces_;
+  frame_.many = links_.bytes() > large_links;
   frame_.parallel = screen.parallel();
   frame_.tolerance = static_cast<float>(overlap_tolerance * (depths.hi - depths.lo));
   frame_.most_steps = screen.mesh().cell_count() + RayPath::most;

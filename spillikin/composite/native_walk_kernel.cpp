@@ -226,13 +226,11 @@ HWY_INLINE bool step(const WalkFrame& frame, RayPacket& r, float* path_depth, fl
   for (std::size_t k = 0; k < 3; ++k) {
     const VF new_edge = hn::Abs(hn::IfThenElse(gone[(k + 1) % 3], with_q[(k + 2) % 3], with_q[(k + 1) % 3]));
     edge[k] = hn::IfThenElse(gone[k], edge[k], new_edge);
-    u[k] = hn::IfThenElse(gone[k], uq, u[k]);
-    v[k] = hn::IfThenElse(gone[k], vq, v[k]);
+    hn::BlendedStore(uq, gone[k], d, r.u[k]);
+    hn::BlendedStore(vq, gone[k], d, r.v[k]);
     depth[k] = hn::IfThenElse(gone[k], q.depth, depth[k]);
     value[k] = hn::IfThenElse(gone[k], q.value, value[k]);
   }
-  storeThree(u, r.u);
-  storeThree(v, r.v);
   storeThree(edge, r.edge);
   storeThree(depth, r.depth);
   storeThree(value, r.value);
@@ -240,28 +238,30 @@ HWY_INLINE bool step(const WalkFrame& frame, RayPacket& r, float* path_depth, fl
   VF at, scalar;
   crossing<Parallel>(edge, depth, value, at, scalar);
   if (frame.pieces->jumps) scalar = withinCorners(scalar, value);
-  const auto live = hn::MaskFromVec(hn::Load(di, r.live));
+  const auto live = hn::LoadMaskBits(di, r.live);
   const auto found = asInts(hn::Or(hn::Or(gone[0], gone[1]), gone[2]));
   const auto moves = hn::And(live, found);
-  at = hn::IfThenElse(hn::RebindMask(d, moves), at, hn::Load(d, r.at));
-  scalar = hn::IfThenElse(hn::RebindMask(d, moves), scalar, hn::Load(d, r.scalar));
-  hn::Store(at, d, r.at);
-  hn::Store(scalar, d, r.scalar);
-  hn::Store(at, d, path_depth);
-  hn::Store(scalar, d, path_scalar);
+  // A ray at its end stays where it was.
+  const auto moved = hn::RebindMask(d, moves);
+  hn::Store(hn::IfThenElse(moved, at, hn::Load(d, path_depth - RayPacket::rays)), d, path_depth);
+  hn::Store(hn::IfThenElse(moved, scalar, hn::Load(d, path_scalar - RayPacket::rays)), d, path_scalar);
 
   const auto goes_on = hn::AndNot(hn::Eq(way, hn::Set(di, static_cast<std::int32_t>(no_way))), moves);
-  hn::Store(hn::Or(hn::Load(di, r.lost), hn::VecFromMask(di, hn::AndNot(found, live))), di, r.lost);
-  hn::Store(hn::VecFromMask(di, goes_on), di, r.live);
+  const auto lost = hn::AndNot(found, live);
+  if (HWY_UNLIKELY(!hn::AllFalse(di, lost)))
+    hn::Store(hn::Or(hn::Load(di, r.lost), hn::VecFromMask(di, lost)), di, r.lost);
+  hn::StoreMaskBits(di, goes_on, r.live);
   // Rays at their end stay where all numbers are valid.
   way = hn::IfThenElseZero(goes_on, way);
   hn::Store(way, di, r.way);
   hn::Store(hn::IfThenElseZero(goes_on, ahead), di, r.ahead);
   hn::Store(hn::Or(hn::And(next, hn::Set(di, 7 << 2)), hn::And(way, three)), di, r.ranks);
-  // What the next step reads is on its way while other packets take theirs: of every other ray, as on a board of chess,
-  // since its neighbours' cells are mostly the same.
-  for (std::size_t i = 0; i < hn::Lanes(di); i += 2)
-    hwy::Prefetch(frame.links + (static_cast<std::uint32_t>(r.way[i + (i / 4) % 2]) & ~3U));
+  // What the next step reads is on its way while other packets take theirs: of some rays, their neighbours' cells being
+  // mostly the same.
+  if (frame.many) {
+    for (std::size_t i = 0; i < hn::Lanes(di); i += 5)
+      hwy::Prefetch(frame.links + (static_cast<std::uint32_t>(r.way[i]) & ~3U));
+  }
   return !hn::AllFalse(di, goes_on);
 }
 
@@ -319,7 +319,6 @@ void fill(const WalkFrame& frame, const WalkPlace& place, std::span<const Start>
       corner[k][i] = static_cast<std::int32_t>(entrance.corner[k]);
     r.way[i] = static_cast<std::int32_t>(entrance.in.way);
     r.ahead[i] = static_cast<std::int32_t>(entrance.in.corner);
-    r.live[i] = i < r.count ? -1 : 0;
     r.pixel[i] = p;
     r.x[i] = place.x + frame.pixel * pixelColumn(p);
     r.y[i] = place.y + frame.pixel * pixelRow(p);
@@ -335,6 +334,7 @@ void fill(const WalkFrame& frame, const WalkPlace& place, std::span<const Start>
   const VI rank = hn::And(way, hn::Set(di, 3));
   hn::Store(hn::Or(hn::ShiftLeft<2>(orderOf(corners[0], corners[1], corners[2])), rank), di, r.ranks);
   hn::Store(hn::Zero(di), di, r.lost);
+  hn::StoreMaskBits(di, hn::FirstN(di, r.count), r.live);
   hn::Store(hn::Zero(d), d, r.advance);
 }
 
@@ -357,8 +357,8 @@ HWY_INLINE bool stopOpaque(RayPacket& r) {
   const DF d;
   const DI di;
   const auto shows = hn::RebindMask(di, hn::Ge(hn::Load(d, r.light), hn::Set(d, opaque_light)));
-  const auto live = hn::And(hn::MaskFromVec(hn::Load(di, r.live)), shows);
-  hn::Store(hn::VecFromMask(di, live), di, r.live);
+  const auto live = hn::And(hn::LoadMaskBits(di, r.live), shows);
+  hn::StoreMaskBits(di, live, r.live);
   return !hn::AllFalse(di, live);
 }
 
@@ -379,7 +379,7 @@ std::size_t walkOn(const WalkFrame& frame, WalkScratch& scratch, bool (&live)[Wa
     for (std::size_t p = 0; p < WalkScratch::packets; ++p) {
       if (!walking[p]) continue;
       RayPacket& r = scratch.packet[p];
-      fragments += hn::CountTrue(di, hn::MaskFromVec(hn::Load(di, r.live)));
+      fragments += hn::CountTrue(di, hn::LoadMaskBits(di, r.live));
       walking[p] = step<Parallel>(frame, r, scratch.path[p].depth[n], scratch.path[p].scalar[n]);
       steps[p] = n;
     }
@@ -388,11 +388,12 @@ std::size_t walkOn(const WalkFrame& frame, WalkScratch& scratch, bool (&live)[Wa
     if (!live[p]) continue;
     RayPacket& r = scratch.packet[p];
     shade(*frame.pieces, scratch.path[p], steps[p], r);
+    std::copy_n(scratch.path[p].depth[steps[p]], RayPacket::rays, r.at);
+    std::copy_n(scratch.path[p].scalar[steps[p]], RayPacket::rays, r.scalar);
     live[p] = walking[p] && stopOpaque(r);
     r.steps += steps[p];
     if (live[p] && r.steps > frame.most_steps) {
-      for (std::size_t i = 0; i < r.count; ++i)
-        r.lost[i] |= r.live[i];
+      hn::Store(hn::Or(hn::Load(di, r.lost), hn::VecFromMask(di, hn::LoadMaskBits(di, r.live))), di, r.lost);
       live[p] = false;
     }
   }

@@ -53,6 +53,7 @@ struct WalkFrame {
   const Entrance* entrances = nullptr;
   const PieceTable* pieces = nullptr;
   bool parallel = false;
+  bool many = false;           // more links than caches hold
   std::int32_t pixel = 1;      // shares of a pixel that places are given in
   float tolerance = 0.0F;      // of depth: a ray that goes back by more has lost its way
   std::size_t most_steps = 0;  // no ray crosses more cells
@@ -95,18 +96,19 @@ struct RayPacket {
   alignas(64) PerRay<float> length;             // as in Pixels
   alignas(64) PerRay<std::int32_t> ranks;       // of the three corners, and of the one ahead: see RankTable
   alignas(64) PerRay<std::int32_t> way, ahead;  // into the cell where the ray is, and the corner that is new there
-  alignas(64) PerRay<std::int32_t> live, lost;  // -1 or 0
+  alignas(64) PerRay<std::int32_t> lost;        // -1 or 0
   alignas(64) PerRay<float> at, scalar;         // depth and scalar where the ray is
   alignas(64) PerRay<std::int32_t> piece;
   alignas(64) PerRay<float> red, green, blue, light;
   alignas(64) PerRay<float> advance;  // the least of its steps, in depth
   alignas(64) PerRay<std::uint32_t> pixel;
+  std::uint8_t live[8];  // a bit each
   std::size_t count = 0, steps = 0;
 };
 
 // Where the rays of a packet have been since they were last shaded.
 struct RayPath {
-  static constexpr std::size_t most = 16;
+  static constexpr std::size_t most = 32;
   alignas(64) float depth[most + 1][RayPacket::rays];
   alignas(64) float scalar[most + 1][RayPacket::rays];
 };
