@@ -274,21 +274,72 @@ TEST(CompositeNativeWalk, WhatNeedsAnOrderIsToldBeforehand) {
   View inside = view;
   inside.eye = {0.41, 0.52, 0.47};
   EXPECT_FALSE(Walked(s).draw(inside));
-  View clipped = view;
-  clipped.clips = {{{0.5, 0.5, 0.5}, {1.0, 0.3, -0.2}}};
-  EXPECT_FALSE(Walked(s).draw(clipped));
-  Subject hidden = s;
-  hidden.field.hidden.assign(s.mesh.cell_count(), 0);
-  EXPECT_FALSE(Walked(hidden).draw(view));
   Subject dense = s;
   dense.tf = s.tf.scaled(1e6);
   EXPECT_FALSE(Walked(dense).draw(view));
   const Subject hexahedra(hexahedronGrid(3), "", "viridis", 1.0);
   EXPECT_FALSE(Walked(hexahedra).draw(viewOf(hexahedra, {1.0, 0.6, 0.8}, 64, 48)));
+}
+
+TEST(CompositeNativeWalk, ClipPlanes) {
+  for (const char* look : {"viridis", "comb"}) {
+    const Subject s(shell(4), "", look, 6.0);
+    View view = viewOf(s, {1.0, 0.6, 0.8}, 64, 48);
+    view.clips = {{{0.1, 0.1, 0.1}, {1.0, 0.3, -0.2}}, {{0.1, 0.4, 0.1}, {0.0, -1.0, 0.1}}};
+    expectWalked(s, view);
+    view.parallel_scale = 0.8;
+    expectWalked(s, view);
+    view.clips = {{{0.0, 0.0, 0.0}, view.eye - view.target}, {{0.2, 0.2, 0.2}, view.target - view.eye}};
+    expectWalked(s, view);  // a slab across the line of sight
+  }
+}
+
+TEST(CompositeNativeWalk, HiddenCells) {
+  Subject s(shell(4), "", "viridis", 6.0);
+  s.field.hidden.assign(s.mesh.cell_count(), 0);
+  for (std::size_t c = 0; c < s.mesh.cell_count(); c += 3)
+    s.field.hidden[c] = 1;
+  expectWalked(s, viewOf(s, {1.0, 0.6, 0.8}, 64, 48));
+}
+
+TEST(CompositeNativeWalk, CellFields) {
   mesh::Source source = delaunayCube(150, 13);
-  addCellArray(source, "material", [](const Vec3& p) { return p.x; });
-  const Subject material(source, "material", "steps", 3.0);
-  EXPECT_FALSE(Walked(material).draw(view));
+  addCellArray(source, "material", [](const Vec3& p) { return p.x > 0.5 ? 2.0 : p.y > 0.5 ? 1.0 : 0.0; });
+  addCellArray(source, "height", [](const Vec3& p) { return p.z; });
+  for (const char* name : {"material", "height"}) {
+    Subject s(source, name, name[0] == 'm' ? "steps" : "viridis", 3.0);
+    View view = viewOf(s, {1.0, 0.6, 0.8}, 64, 48);
+    expectWalked(s, view);
+    view.clips = {{{0.5, 0.5, 0.5}, {1.0, 0.3, -0.2}}};
+    expectWalked(s, view);
+    s.field.hidden.assign(s.mesh.cell_count(), 0);
+    for (std::size_t c = 1; c < s.mesh.cell_count(); c += 2)
+      s.field.hidden[c] = 1;
+    expectWalked(s, view);
+  }
+}
+
+// A field's hidden cells must not be taken for another's.
+TEST(CompositeNativeWalk, FieldsChange) {
+  Subject all(delaunayCube(150, 13), "", "viridis", 3.0);
+  Subject some = all;
+  some.field.hidden.assign(some.mesh.cell_count(), 0);
+  std::fill_n(some.field.hidden.begin(), some.mesh.cell_count() / 2, std::uint8_t{1});
+  const View view = viewOf(all, {1.0, 0.6, 0.8}, 40, 30);
+  const project::Camera camera(view);
+  const auto native = composite::makeNative();
+  bool drew = false;
+  for (const Subject* s : {&all, &some, &some, &all}) {
+    composite::Frame frame{all.mesh, s->field, all.tf, camera, no_order};
+    frame.walking = composite::Walking::always;
+    frame.same_mesh = frame.same_transfer_function = drew;
+    drew = true;
+    ASSERT_FALSE(native->needsOrder(frame));
+    frame.ordered = false;
+    Image image;
+    EXPECT_TRUE(native->draw(frame, image).certified);
+    EXPECT_LE(largestDifference(image, castRays(*s, camera)), 0.1 * step);
+  }
 }
 
 // Cells that overlap have no walk: no picture is passed off as right.

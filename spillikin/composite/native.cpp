@@ -41,6 +41,7 @@ class Native final : public Compositor {
 
  private:
   static constexpr int region_step = max_region_tiles * tile_size;
+  void forgetWhatChanged(const Frame& frame);
   void setScreen(const Frame& frame);
   FrameStats walk(const Frame& frame, Image& image);
   void drawRegion(const Box& region, Image& image, FrameStats& stats);
@@ -58,7 +59,7 @@ class Native final : public Compositor {
 
 void Native::prepare(const Frame& frame) {
   const auto start = Clock::now();
-  if (!screen_set_ && !frame.same_mesh) walk_.forget();
+  if (!screen_set_) forgetWhatChanged(frame);
   setScreen(frame);
   // An image of one region has its cells' tiles found here already.
   const int width = frame.camera.width();
@@ -67,6 +68,11 @@ void Native::prepare(const Frame& frame) {
   if (width <= region_step && height <= region_step) bins_.findBoxes(screen_, {0, 0, width, height});
   prepared_ = true;
   prepare_seconds_ = secondsSince(start);
+}
+
+void Native::forgetWhatChanged(const Frame& frame) {
+  if (!frame.same_mesh) walk_.forgetMesh();
+  if (!frame.same_mesh || !frame.same_field) walk_.forgetField();
 }
 
 void Native::setScreen(const Frame& frame) {
@@ -80,7 +86,7 @@ void Native::setScreen(const Frame& frame) {
 
 bool Native::needsOrder(const Frame& frame) {
   screen_set_ = false;
-  if (!frame.same_mesh) walk_.forget();
+  forgetWhatChanged(frame);
   if (frame.walking == Walking::never || (frame.walking == Walking::automatic && !walkPays(frame))) return true;
   if (!walk_.takes(frame)) return true;
   setScreen(frame);
@@ -92,7 +98,7 @@ FrameStats Native::walk(const Frame& frame, Image& image) {
   const auto start = Clock::now();
   setScreen(frame);
   screen_set_ = false;
-  walk_.draw(screen_, image, stats);
+  if (walk_.draw(screen_, image, stats) && frame.peaks) colorPeaks(frame, image);
   stats.composite_seconds = secondsSince(start);
   return stats;
 }

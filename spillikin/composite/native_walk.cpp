@@ -41,8 +41,9 @@ constexpr double farthest_place = 1 << 30;
 static_assert(std::int64_t{region_size} * finest_pixel < std::int64_t{1} << 30);
 
 // Where rays are tried again, in pixels from the pixel's centre: some of the finest steps first, and farther each time.
-constexpr float beside[][2] = {
-    {0.0F, 0.0F}, {3e-5F, 2e-5F}, {-2e-4F, 1.3e-4F}, {-8e-4F, -1.1e-3F}, {2.3e-3F, -3.4e-3F}};
+// Towards the right and a little downwards at first, as ties are broken everywhere else.
+constexpr float beside[][2] = {{0.0F, 0.0F},     {6.2e-5F, 3.9e-6F}, {5e-4F, 6e-5F},
+                               {2e-3F, 2.4e-4F}, {-8e-4F, -1.1e-3F}, {2.3e-3F, -3.4e-3F}};
 
 // The area of a tetrahedron on the screen, in pixels: half of its faces'. 0 where it reaches behind the eye.
 double areaOnScreen(const project::Camera& camera, const mesh::Mesh& mesh, mesh::Id cell) {
@@ -122,9 +123,10 @@ class Walk::Painter {
 
  private:
   void begin(const Walk& walk, const Screen& screen, std::size_t tile);
+  void setClips();
   void tryPixels(const WalkFrame& frame, const WalkPlace& place, std::span<const std::uint32_t> faces);
   void sortStarts();
-  bool takeLayer(std::size_t layer, float tolerance);
+  bool takeLayer(std::size_t layer, const WalkFrame& frame);
   void flag(std::size_t pixel) {
     pixels_.flagged[pixel / block_pixels] |= static_cast<std::uint16_t>(1U << (pixel % block_pixels));
   }
@@ -149,11 +151,30 @@ void Walk::Painter::begin(const Walk& walk, const Screen& screen, std::size_t ti
   view_.width = std::min(tile_size, walk.region_.x1 - view_.x0);
   view_.height = std::min(tile_size, walk.region_.y1 - view_.y0);
   clearPixels(view_, pixels_);
+  setClips();
   wanted_.fill(0);
   for (int y = 0; y < view_.height; ++y) {
     for (int x = 0; x < view_.width; ++x) {
       const std::size_t pixel = pixelIndex(x, y);
       wanted_[pixel / block_pixels] |= static_cast<std::uint16_t>(1U << (pixel % block_pixels));
+    }
+  }
+}
+
+// The depths, as the walk counts them, that the clip planes leave on each pixel's ray.
+void Walk::Painter::setClips() {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  pixels_.clip_near.fill(-infinity);
+  pixels_.clip_far.fill(infinity);
+  const Screen& screen = *view_.screen;
+  const double z0 = screen.parallel() ? screen.depths().z0 : 0.0;
+  for (const sort::HalfSpace& clip : screen.clips()) {
+    for (std::size_t p = 0; p < tile_pixels; ++p) {
+      const Limit l = screen.limit(clip, view_.x0 + pixelColumn(p) + 0.5, view_.y0 + pixelRow(p) + 0.5);
+      const auto depth = static_cast<float>(-l.at / l.slope - z0);
+      if (l.slope > 0.0) pixels_.clip_near[p] = std::max(pixels_.clip_near[p], depth);
+      if (l.slope < 0.0) pixels_.clip_far[p] = std::min(pixels_.clip_far[p], depth);
+      if (l.slope == 0.0 && l.at < 0.0) pixels_.clip_far[p] = -infinity;
     }
   }
 }
@@ -193,7 +214,7 @@ void Walk::Painter::tryPixels(const WalkFrame& frame, const WalkPlace& place, st
   }
   sortStarts();
   scratch_.left.fill(-std::numeric_limits<float>::infinity());
-  for (std::size_t layer = 0; takeLayer(layer, frame.tolerance); ++layer)
+  for (std::size_t layer = 0; takeLayer(layer, frame); ++layer)
     fragments += walkRays(frame, place, layer_, pixels_, scratch_);
 }
 
@@ -216,15 +237,15 @@ void Walk::Painter::sortStarts() {
 }
 
 // The starts of one layer that are still to be walked. False where there is none of it on any pixel.
-bool Walk::Painter::takeLayer(std::size_t layer, float tolerance) {
+bool Walk::Painter::takeLayer(std::size_t layer, const WalkFrame& frame) {
   layer_.clear();
   bool any = false;
   for (std::size_t p = 0; p < tile_pixels; ++p) {
     if (begin_[p] + layer >= begin_[p + 1]) continue;
     any = true;
     const Start& start = starts_[begin_[p] + layer];
-    if (pixels_.light[p] < opaque_light || isFlagged(p)) continue;
-    if (start.depth < scratch_.left[p] - tolerance) {
+    if ((pixels_.light[p] < opaque_light && !frame.peaks) || isFlagged(p)) continue;
+    if (start.depth < scratch_.left[p] - frame.tolerance) {
       flag(p);
     } else {
       layer_.push_back(start);
@@ -251,13 +272,19 @@ Walk::Walk() = default;
 Walk::~Walk() = default;
 
 bool Walk::takes(const Frame& frame) {
-  if (frame.peaks || frame.integration != Integration::exact || !frame.camera.view().clips.empty()) return false;
-  if (frame.field.association != mesh::Association::points || !frame.field.hidden.empty()) return false;
+  if (frame.integration != Integration::exact) return false;
   if (!linked_) {
     links_.set(frame.mesh);
     linked_ = true;
   }
   return !links_.links().empty();
+}
+
+void Walk::setHidden(const Frame& frame) {
+  if (hidden_known_) return;
+  hidden_known_ = true;
+  hidden_.resize(frame.field.hidden.size());
+  mesh::parallelFor(hidden_.size(), [&](std::size_t c) { hidden_[c] = frame.field.hidden[c] != 0 ? -1 : 0; });
 }
 
 bool Walk::sees(const Screen& screen) {
@@ -294,10 +321,15 @@ bool Walk::setFineness(const Screen& screen) {
 
 bool Walk::draw(const Screen& screen, Image& image, FrameStats& stats) {
   pieces_.set(screen);
+  setHidden(screen.frame());
   const Depths& depths = screen.depths();
   frame_.links = links_.links().data();
   frame_.entrances = links_.entrances().data();
   frame_.pieces = &pieces_;
+  frame_.cell_values = screen.cell_values().empty() ? nullptr : screen.cell_values().data();
+  frame_.hidden = hidden_.empty() ? nullptr : hidden_.data();
+  frame_.peaks = screen.frame().peaks;
+  frame_.clipped = !screen.clips().empty();
   frame_.many = links_.bytes() > large_links;
   frame_.parallel = screen.parallel();
   frame_.tolerance = static_cast<float>(overlap_tolerance * (depths.hi - depths.lo));

@@ -32,12 +32,15 @@ class Walk {
   Walk();
   ~Walk();
 
-  // Whether a frame can be walked: tetrahedra, a point field without hidden cells, no clip
-  // planes, an integral. Keeps what it finds out of the mesh until that is forgotten.
+  // Whether a frame can be walked: tetrahedra, exact integration. Keeps what it finds out of the mesh and of the
+  // field's
+  // hidden cells until those are forgotten.
   bool takes(const Frame& frame);
-  void forget() { linked_ = false; }
-  // Whether this view of it can be: all of the mesh before the eye, not too far beside the image, at depths that float
-  // tells apart well enough for so dense a look.
+  void forgetMesh() { linked_ = false; }
+  void forgetField() { hidden_known_ = false; }
+
+  // Whether this view of it can be: all of the mesh before the eye, not too far beside the image, at depths that
+  // float tells apart well enough for so dense a look.
   bool sees(const Screen& screen);
 
   // False where pixels remain that cannot be certified, or the tiles' lists of faces would not fit the memory promised:
@@ -48,6 +51,7 @@ class Walk {
   class Painter;
   bool setFineness(const Screen& screen);
   bool drawRegion(const Screen& screen, const Box& region, Image& image, FrameStats& stats);
+  void setHidden(const Frame& frame);
   void setPoints(const Screen& screen);
   bool findTiles(const Screen& screen);
   // The tiles that an exterior face's pixels may lie in; none where last < first.
@@ -60,7 +64,9 @@ class Walk {
   bool paint(const Screen& screen, Image& image, FrameStats& stats);
 
   Links links_;
-  bool linked_ = false;  // the links are those of the mesh, or it has none
+  bool linked_ = false;               // the links are those of the mesh, or it has none
+  std::vector<std::int32_t> hidden_;  // empty where no cell is; see WalkFrame
+  bool hidden_known_ = false;
   WalkFrame frame_;
   PieceTable pieces_;
   std::vector<WalkPoint> points_;

@@ -193,11 +193,30 @@ HWY_INLINE void storeThree(const VF (&from)[3], RayPacket::PerRay<float> (&to)[3
     hn::Store(from[k], DF(), to[k]);
 }
 
-// Takes the rays of a packet through the cells where they are. False when none of them has a cell to go on to.
+// Where a ray that crosses a face does so on its edge, to the last digit. (No product overflows before a 0 comes in.)
+HWY_INLINE hn::Mask<DF> onEdge(const VF (&edge)[3]) {
+  return hn::Eq(hn::Mul(hn::Mul(edge[0], edge[1]), edge[2]), hn::Zero(DF()));
+}
+
+HWY_INLINE VI cellOf(VI way) {
+  return hn::BitCast(DI(), hn::ShiftRight<2>(hn::BitCast(hn::RebindToUnsigned<DI>(), way)));
+}
+
+HWY_INLINE void markHidden(const WalkFrame& frame, const RayPacket& r, std::uint8_t* bits) {
+  const DI di;
+  const VI hidden = hn::GatherIndex(di, frame.hidden, cellOf(hn::Load(di, r.way)));
+  hn::StoreMaskBits(di, hn::Ne(hidden, hn::Zero(di)), bits);
+}
+
+// Takes the rays of a packet through the cells where they are, to the n-th place of its path. False when none of them
+// has a cell to go on to.
 template <bool Parallel>
-HWY_INLINE bool step(const WalkFrame& frame, RayPacket& r, float* path_depth, float* path_scalar) {
+HWY_INLINE bool step(const WalkFrame& frame, RayPacket& r, RayPath& path, std::size_t n) {
   const DF d;
   const DI di;
+  float* const path_depth = path.depth[n];
+  float* const path_scalar = path.scalar[n];
+  if (frame.hidden != nullptr) markHidden(frame, r, path.hidden[n]);
   const auto asInts = [&](auto m) HWY_ATTR { return hn::RebindMask(di, m); };
   const VI row = rankRow(hn::Load(di, r.ranks));
   const Corner q = gatherCorner(frame.points, hn::Load(di, r.ahead));
@@ -237,9 +256,13 @@ HWY_INLINE bool step(const WalkFrame& frame, RayPacket& r, float* path_depth, fl
 
   VF at, scalar;
   crossing<Parallel>(edge, depth, value, at, scalar);
-  if (frame.pieces->jumps) scalar = withinCorners(scalar, value);
+  if (frame.cell_values != nullptr) {
+    scalar = hn::GatherIndex(d, frame.cell_values, cellOf(hn::Load(di, r.way)));
+  } else if (frame.pieces->jumps || frame.peaks) {
+    scalar = withinCorners(scalar, value);
+  }
   const auto live = hn::LoadMaskBits(di, r.live);
-  const auto found = asInts(hn::Or(hn::Or(gone[0], gone[1]), gone[2]));
+  const auto found = asInts(hn::AndNot(onEdge(edge), hn::Or(hn::Or(gone[0], gone[1]), gone[2])));
   const auto moves = hn::And(live, found);
   // A ray at its end stays where it was.
   const auto moved = hn::RebindMask(d, moves);
@@ -323,6 +346,8 @@ void fill(const WalkFrame& frame, const WalkPlace& place, std::span<const Start>
     r.x[i] = place.x + frame.pixel * pixelColumn(p);
     r.y[i] = place.y + frame.pixel * pixelRow(p);
     r.length[i] = pixels.length[p];
+    r.clip_near[i] = pixels.clip_near[p];
+    r.clip_far[i] = pixels.clip_far[p];
     r.red[i] = pixels.red[p];
     r.green[i] = pixels.green[p];
     r.blue[i] = pixels.blue[p];
@@ -380,17 +405,17 @@ std::size_t walkOn(const WalkFrame& frame, WalkScratch& scratch, bool (&live)[Wa
       if (!walking[p]) continue;
       RayPacket& r = scratch.packet[p];
       fragments += hn::CountTrue(di, hn::LoadMaskBits(di, r.live));
-      walking[p] = step<Parallel>(frame, r, scratch.path[p].depth[n], scratch.path[p].scalar[n]);
+      walking[p] = step<Parallel>(frame, r, scratch.path[p], n);
       steps[p] = n;
     }
   }
   for (std::size_t p = 0; p < WalkScratch::packets; ++p) {
     if (!live[p]) continue;
     RayPacket& r = scratch.packet[p];
-    shade(*frame.pieces, scratch.path[p], steps[p], r);
     std::copy_n(scratch.path[p].depth[steps[p]], RayPacket::rays, r.at);
     std::copy_n(scratch.path[p].scalar[steps[p]], RayPacket::rays, r.scalar);
-    live[p] = walking[p] && stopOpaque(r);
+    shade(frame, scratch.path[p], steps[p], r);
+    live[p] = walking[p] && (frame.peaks || stopOpaque(r));
     r.steps += steps[p];
     if (live[p] && r.steps > frame.most_steps) {
       hn::Store(hn::Or(hn::Load(di, r.lost), hn::VecFromMask(di, hn::LoadMaskBits(di, r.live))), di, r.lost);
@@ -464,6 +489,8 @@ class FaceOnTile {
       for (std::size_t k = 0; k < 3; ++k)
         edge[k] = edgeFunction(u[(k + 1) % 3], v[(k + 1) % 3], u[(k + 2) % 3], v[(k + 2) % 3]);
       const auto n0 = isNegative(edge[0]), n1 = isNegative(edge[1]), n2 = isNegative(edge[2]);
+      const auto tie = onEdge(edge);
+      if (!hn::AllFalse(d, tie)) count(first, hn::RebindMask(di, hn::And(tie, touched(edge))), unknown, scratch);
       const auto leaves = hn::And(hn::And(n0, n1), n2);
       const auto outside = hn::Or(hn::Or(n0, n1), n2);
       if (!hn::AllFalse(d, leaves)) count(first, hn::RebindMask(di, leaves), -1, scratch);
@@ -479,6 +506,16 @@ class FaceOnTile {
   PixelRange range(std::int32_t WalkPoint::*side, std::int32_t first) const {
     const auto [lo, hi] = std::minmax({corner_[0].*side, corner_[1].*side, corner_[2].*side});
     return {lo - first, hi - first, pixel_, tile_size};
+  }
+
+  // What a line that meets a face's edge adds to its balance: never 0 again.
+  static constexpr std::int32_t unknown = 1 << 16;
+
+  // Where no two edge functions are of different signs: on the face, its edges included.
+  static HWY_INLINE hn::Mask<DF> touched(const VF (&edge)[3]) {
+    const VF zero = hn::Zero(DF());
+    const VF least = hn::Min(hn::Min(edge[0], edge[1]), edge[2]), most = hn::Max(hn::Max(edge[0], edge[1]), edge[2]);
+    return hn::Or(hn::Ge(least, zero), hn::Le(most, zero));
   }
 
   static HWY_INLINE void count(std::size_t first, hn::Mask<DI> which, std::int32_t by, WalkScratch& scratch) {

@@ -52,6 +52,10 @@ struct WalkFrame {
   const Link* links = nullptr;
   const Entrance* entrances = nullptr;
   const PieceTable* pieces = nullptr;
+  const float* cell_values = nullptr;    // of a cell field, on the frame's scale; else null
+  const std::int32_t* hidden = nullptr;  // null, or per cell, -1 where nothing of it is drawn and 0 elsewhere
+  bool peaks = false;                    // see Frame
+  bool clipped = false;                  // the pixels' clip limits hold
   bool parallel = false;
   bool many = false;           // more links than caches hold
   std::int32_t pixel = 1;      // shares of a pixel that places are given in
@@ -100,7 +104,8 @@ struct RayPacket {
   alignas(64) PerRay<float> at, scalar;         // depth and scalar where the ray is
   alignas(64) PerRay<std::int32_t> piece;
   alignas(64) PerRay<float> red, green, blue, light;
-  alignas(64) PerRay<float> advance;  // the least of its steps, in depth
+  alignas(64) PerRay<float> advance;              // the least of its steps, in depth
+  alignas(64) PerRay<float> clip_near, clip_far;  // the depths that clip planes leave
   alignas(64) PerRay<std::uint32_t> pixel;
   std::uint8_t live[8];  // a bit each
   std::size_t count = 0, steps = 0;
@@ -110,7 +115,8 @@ struct RayPacket {
 struct RayPath {
   static constexpr std::size_t most = 32;
   alignas(64) float depth[most + 1][RayPacket::rays];
-  alignas(64) float scalar[most + 1][RayPacket::rays];
+  alignas(64) float scalar[most + 1][RayPacket::rays];  // of a cell field, the scalar on the way there
+  std::uint8_t hidden[most + 1][8];                     // a bit for each ray that came through a hidden cell
 };
 
 struct WalkScratch {
@@ -127,8 +133,9 @@ struct WalkScratch {
 void findStarts(const WalkFrame& frame, const WalkPlace& place, std::span<const std::uint32_t> faces,
                 const PixelMask& wanted, WalkScratch& scratch, std::vector<Start>& out);
 
-// Walks rays, of pixels that differ, until they leave the mesh or nothing shows any more, and composites what they see
-// behind what the pixels hold. Pixels whose rays lose their way are flagged. Returns the fragments.
+// Walks rays, of pixels that differ and between the pixels' clip limits (as depths here), until they leave the mesh or
+// nothing shows any more, and composites what they see behind what the pixels hold. Pixels whose rays lose their way
+// are flagged. Returns the fragments.
 std::size_t walkRays(const WalkFrame& frame, const WalkPlace& place, std::span<const Start> starts, Pixels& pixels,
                      WalkScratch& scratch);
 

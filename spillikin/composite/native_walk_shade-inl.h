@@ -209,20 +209,60 @@ class WalkShader {
   VF red_, green_, blue_, light_;
 };
 
-template <bool in_register>
-HWY_INLINE void shadePath(const PieceTable& pieces, const RayPath& path, std::size_t steps, RayPacket& r) {
+// Takes what lies outside of the clip planes' limits off the steps of a path: they end at the limit, where the scalar
+// is what it is there.
+HWY_INLINE void clipPath(const RayPacket& r, std::size_t steps, bool of_cells, RayPath& path) {
   const DF d;
+  const VF near = hn::Load(d, r.clip_near), far = hn::Load(d, r.clip_far);
+  VF depth = hn::Load(d, path.depth[0]), scalar = hn::Load(d, path.scalar[0]);
+  const auto setPlace = [&](std::size_t n, VF at, VF value) HWY_ATTR {
+    hn::Store(at, d, path.depth[n]);
+    if (!of_cells) hn::Store(value, d, path.scalar[n]);
+  };
+  for (std::size_t n = 1; n <= steps; ++n) {
+    const VF next_depth = hn::Load(d, path.depth[n]), next_scalar = hn::Load(d, path.scalar[n]);
+    const VF length = hn::Sub(next_depth, depth);
+    const VF per_length = hn::Div(hn::Sub(next_scalar, scalar), hn::Max(length, hn::Set(d, 1e-30F)));
+    const auto valueAt = [&](VF limit) HWY_ATTR { return hn::MulAdd(hn::Sub(limit, depth), per_length, scalar); };
+    // The place before has been kept within the limits as the end of its own step; now as the beginning of this one.
+    const auto enters = hn::And(hn::Lt(depth, near), hn::Gt(next_depth, near));
+    const VF begin = hn::Load(d, path.depth[n - 1]), begin_scalar = hn::Load(d, path.scalar[n - 1]);
+    setPlace(n - 1, hn::Clamp(begin, near, hn::Max(near, far)), hn::IfThenElse(enters, valueAt(near), begin_scalar));
+    const auto leaves = hn::And(hn::Gt(next_depth, far), hn::Lt(depth, far));
+    setPlace(n, hn::Clamp(next_depth, near, hn::Max(near, far)), hn::IfThenElse(leaves, valueAt(far), next_scalar));
+    depth = next_depth;
+    scalar = next_scalar;
+  }
+}
+
+// Where rays lose depth to hidden cells or to rounding, nothing is added.
+HWY_INLINE VF shownAdvance(const WalkFrame& frame, const RayPath& path, std::size_t n, VF advance) {
+  const DF d;
+  const VF forward = hn::Max(advance, hn::Zero(d));
+  if (frame.hidden == nullptr) return forward;
+  return hn::IfThenZeroElse(hn::LoadMaskBits(d, path.hidden[n]), forward);
+}
+
+template <bool in_register>
+HWY_INLINE void shadePath(const WalkFrame& frame, const RayPath& path, std::size_t steps, RayPacket& r) {
+  const DF d;
+  const PieceTable& pieces = *frame.pieces;
   WalkShader<in_register> shader(pieces, r);
+  const bool of_cells = frame.cell_values != nullptr;
   const VF unit = hn::Load(d, r.length);
   VF depth = hn::Load(d, path.depth[0]), least = hn::Load(d, r.advance);
   VF scalar = hn::Load(d, path.scalar[0]);
-  VI piece = hn::Load(DI(), r.piece);
+  VI piece = pieceFrom<in_register>(pieces, hn::Load(DI(), r.piece), scalar);
   for (std::size_t n = 1; n <= steps; ++n) {
     const VF next_depth = hn::Load(d, path.depth[n]), next_scalar = hn::Load(d, path.scalar[n]);
     const VF advance = hn::Sub(next_depth, depth);
     least = hn::Min(least, advance);
     const VI next_piece = pieceFrom<in_register>(pieces, piece, next_scalar);
-    shader.add({scalar, next_scalar, hn::Mul(hn::Max(advance, hn::Zero(d)), unit), piece, next_piece});
+    if (of_cells) {
+      scalar = next_scalar;
+      piece = next_piece;
+    }
+    shader.add({scalar, next_scalar, hn::Mul(shownAdvance(frame, path, n, advance), unit), piece, next_piece});
     depth = next_depth;
     scalar = next_scalar;
     piece = next_piece;
@@ -232,12 +272,37 @@ HWY_INLINE void shadePath(const PieceTable& pieces, const RayPath& path, std::si
   hn::Store(piece, DI(), r.piece);
 }
 
+// The largest scalar, gathered as red where rays meet cells; light says where they do.
+HWY_INLINE void findPeaks(const WalkFrame& frame, const RayPath& path, std::size_t steps, RayPacket& r) {
+  const DF d;
+  const bool of_cells = frame.cell_values != nullptr;
+  VF depth = hn::Load(d, path.depth[0]), scalar = hn::Load(d, path.scalar[0]), least = hn::Load(d, r.advance);
+  VF peak = hn::Load(d, r.red), light = hn::Load(d, r.light);
+  for (std::size_t n = 1; n <= steps; ++n) {
+    const VF next_depth = hn::Load(d, path.depth[n]), next_scalar = hn::Load(d, path.scalar[n]);
+    const VF advance = hn::Sub(next_depth, depth);
+    least = hn::Min(least, advance);
+    const auto some = hn::Gt(shownAdvance(frame, path, n, advance), hn::Zero(d));
+    const VF larger = of_cells ? next_scalar : hn::Max(scalar, next_scalar);
+    peak = hn::IfThenElse(some, hn::Max(peak, larger), peak);
+    light = hn::IfThenZeroElse(some, light);
+    depth = next_depth;
+    scalar = next_scalar;
+  }
+  hn::Store(peak, d, r.red);
+  hn::Store(light, d, r.light);
+  hn::Store(least, d, r.advance);
+}
+
 // Composites what the rays of a packet saw on their last steps.
-HWY_NOINLINE void shade(const PieceTable& pieces, const RayPath& path, std::size_t steps, RayPacket& r) {
-  if (static_cast<std::size_t>(pieces.count) <= hn::Lanes(DF())) {
-    shadePath<true>(pieces, path, steps, r);
+HWY_NOINLINE void shade(const WalkFrame& frame, RayPath& path, std::size_t steps, RayPacket& r) {
+  if (frame.clipped) clipPath(r, steps, frame.cell_values != nullptr, path);
+  if (frame.peaks) {
+    findPeaks(frame, path, steps, r);
+  } else if (static_cast<std::size_t>(frame.pieces->count) <= hn::Lanes(DF())) {
+    shadePath<true>(frame, path, steps, r);
   } else {
-    shadePath<false>(pieces, path, steps, r);
+    shadePath<false>(frame, path, steps, r);
   }
 }
 
