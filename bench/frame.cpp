@@ -104,7 +104,9 @@ Json measureFrame(const FrameJob& job) {
       job.kind == "grid" ? tests::tetrahedronGrid(job.n, 0.15, seed) : tests::delaunayCube(job.n, seed);
   const std::size_t source_bytes = bytesOf(source);
   forgetPeak();
-  render::Session session(std::move(source));
+  render::Engine engine;
+  if (!job.walk) engine.walking = composite::Walking::never;
+  render::Session session(std::move(source), engine);
   View view = session.defaultView(job.size, job.size);
   render::turnView(view, {20.0, 15.0, 1.0});
   session.setView(view);
@@ -126,6 +128,7 @@ Json measureFrame(const FrameJob& job) {
           {"size", job.size},
           {"source_bytes", source_bytes},
           {"sorter", stats.sort.algorithm},
+          {"walked", stats.sort.road == "walk"},
           {"exact", stats.sort.exact},
           {"fragments", stats.composite.fragments},
           {"flagged", stats.certificate.flagged},
@@ -148,7 +151,8 @@ Json measureFrame(const FrameJob& job) {
 }
 
 Json measureFrameApart(const std::string& program, const FrameJob& job) {
-  const std::string command = fmt::format("'{}' frame {} {} {} {}", program, job.kind, job.n, job.size, job.frames);
+  const std::string command =
+      fmt::format("'{}' frame {} {} {} {} {}", program, job.kind, job.n, job.size, job.frames, job.walk ? 1 : 0);
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
   if (!pipe) throw Error(fmt::format("cannot run {}", command));
   std::string text;

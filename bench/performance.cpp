@@ -118,19 +118,25 @@ std::string label(const Json& r) {
   return r["kind"] == "grid" ? "moved grid" : "Delaunay";
 }
 
+std::string sorterOf(const Json& r) {
+  return r["walked"].get<bool>() ? "walked" : r["sorter"].get<std::string>();
+}
+
 std::string stageSection(const std::vector<Json>& rows, const bench::Roofline& roof) {
   std::string text =
       "\n## One frame, stage by stage\n\nA cube of tetrahedra, 1024² pixels, perspective, `native`, `--sort auto`, a "
       "new "
-      "viewpoint each frame (azimuth +4°): medians in seconds. Projection is part of compositing where it reads 0.\n\n"
+      "viewpoint each frame (azimuth +4°): medians in seconds. Meshes whose cells are small are walked through, which "
+      "takes "
+      "no order and no projection, and stand there once more as they are drawn in an order.\n\n"
       "| mesh | cells | frame | processor | sort | project | composite | sorter | pixels flagged / unresolved "
       "|\n|---|---|---|---|---|---|---|---|---|\n";
   for (const Json& r : rows) {
     text += fmt::format("| {} | {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {}{} | {} / {} |\n", label(r),
                         r["cells"].get<std::size_t>(), number(r, "frame_seconds"), number(r, "frame_cpu_seconds"),
                         number(r, "sort_seconds"), number(r, "project_seconds"), number(r, "composite_seconds"),
-                        r["sorter"].get<std::string>(), r["exact"].get<bool>() ? "" : ", inexact",
-                        r["flagged"].get<std::size_t>(), r["unresolved"].get<std::size_t>());
+                        sorterOf(r), r["exact"].get<bool>() ? "" : ", inexact", r["flagged"].get<std::size_t>(),
+                        r["unresolved"].get<std::size_t>());
   }
   text += fmt::format(
       "\nAgainst what the machine can do: a fragment counted as {:.0f} flops; bytes are those of the arrays that a "
@@ -142,10 +148,11 @@ std::string stageSection(const std::vector<Json>& rows, const bench::Roofline& r
   for (const Json& r : rows) {
     const double rate = number(r, "fragments") / (number(r, "project_seconds") + number(r, "composite_seconds"));
     const double bytes = number(r, "least_bytes") / number(r, "frame_seconds");
-    text += fmt::format("| {} | {} | {} | {:.1f} | {:.2f} | {:.1f} % | {:.2f} | {:.1f} % |\n", label(r),
-                        r["cells"].get<std::size_t>(), r["fragments"].get<std::size_t>(), rate * 1e-6,
-                        rate * flops_per_fragment * 1e-9, 100.0 * rate * flops_per_fragment / roof.all_flops,
-                        bytes * 1e-9, 100.0 * bytes / roof.all_bytes);
+    text +=
+        fmt::format("| {}{} | {} | {} | {:.1f} | {:.2f} | {:.1f} % | {:.2f} | {:.1f} % |\n", label(r),
+                    r["walked"].get<bool>() ? ", walked" : "", r["cells"].get<std::size_t>(),
+                    r["fragments"].get<std::size_t>(), rate * 1e-6, rate * flops_per_fragment * 1e-9,
+                    100.0 * rate * flops_per_fragment / roof.all_flops, bytes * 1e-9, 100.0 * bytes / roof.all_bytes);
   }
   return text;
 }
@@ -191,33 +198,40 @@ std::string memorySection(const std::vector<Json>& rows) {
   return text;
 }
 
-std::string growthSection(const std::vector<Json>& grids, const std::vector<Json>& pixels) {
+// The same meshes, or images, drawn in an order and as `--walk auto` would.
+std::string growthSection(const std::vector<Json>& grids, const std::vector<Json>& quick_grids,
+                          const std::vector<Json>& pixels, const std::vector<Json>& quick_pixels) {
+  const auto slopeOf = [](const std::vector<Json>& rows, const char* what) {
+    return slopeText(slope(rows, "cells", what));
+  };
   std::string text = fmt::format(
-      "\n## Growth\n\nLog–log slopes by least squares; 1 is linear.\n\nIn cells, {} to {} (moved grids, 1024²): build "
-      "{}, "
-      "frame {} (of processor time {}), sort {}, composite {}. A small mesh pays for its pixels, which all of them "
-      "share.\n",
+      "\n## Growth\n\nLog–log slopes by least squares; 1 is linear. A small mesh pays for its pixels, which all of "
+      "them "
+      "share.\n\nIn cells, {} to {} (moved grids, 1024²), in an order: build {}, frame {} (of processor time {}), sort "
+      "{}, composite {}. With walking where it is quicker: frame {} (of processor time {}).\n",
       grids.front()["cells"].get<std::size_t>(), grids.back()["cells"].get<std::size_t>(),
-      slopeText(slope(grids, "cells", "build_seconds")), slopeText(slope(grids, "cells", "frame_seconds")),
-      slopeText(slope(grids, "cells", "frame_cpu_seconds")), slopeText(slope(grids, "cells", "sort_seconds")),
-      slopeText(slope(grids, "cells", "composite_seconds")));
-  text += fmt::format(
-      "\n| pixels each way | frame | sort | composite | fragments | million fragments/s "
-      "|\n|---|---|---|---|---|---|\n");
-  std::vector<double> area, frame, cpu, composite;
-  for (const Json& r : pixels) {
+      slopeOf(grids, "build_seconds"), slopeOf(grids, "frame_seconds"), slopeOf(grids, "frame_cpu_seconds"),
+      slopeOf(grids, "sort_seconds"), slopeOf(grids, "composite_seconds"), slopeOf(quick_grids, "frame_seconds"),
+      slopeOf(quick_grids, "frame_cpu_seconds"));
+  text +=
+      "\n| pixels each way | in an order: frame | sort | composite | fragments | million fragments/s | `--walk auto`: "
+      "frame | walked |\n|---|---|---|---|---|---|---|---|\n";
+  std::vector<double> area, frame, composite, quick;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Json &r = pixels[i], &q = quick_pixels[i];
     const double size = number(r, "size");
     area.push_back(size * size);
     frame.push_back(number(r, "frame_seconds"));
-    cpu.push_back(number(r, "frame_cpu_seconds"));
     composite.push_back(number(r, "composite_seconds"));
-    text += fmt::format("| {:.0f} | {:.4f} | {:.4f} | {:.4f} | {} | {:.1f} |\n", size, frame.back(),
+    quick.push_back(number(q, "frame_seconds"));
+    text += fmt::format("| {:.0f} | {:.4f} | {:.4f} | {:.4f} | {} | {:.1f} | {:.4f} | {} |\n", size, frame.back(),
                         number(r, "sort_seconds"), composite.back(), r["fragments"].get<std::size_t>(),
-                        1e-6 * number(r, "fragments") / composite.back());
+                        1e-6 * number(r, "fragments") / composite.back(), quick.back(),
+                        q["walked"].get<bool>() ? "yes" : "no");
   }
-  text += fmt::format("\nIn pixels, {} cells: frame {} (of processor time {}), composite {}.\n",
+  text += fmt::format("\nIn pixels, {} cells: frame {}, composite {}; with walking, frame {}.\n",
                       pixels.front()["cells"].get<std::size_t>(), slopeText(slope(area, frame)),
-                      slopeText(slope(area, cpu)), slopeText(slope(area, composite)));
+                      slopeText(slope(area, composite)), slopeText(slope(area, quick)));
   return text;
 }
 
@@ -299,6 +313,12 @@ std::string headlineSection(const std::string& path) {
   return text;
 }
 
+std::vector<bench::FrameJob> inAnOrder(std::vector<bench::FrameJob> jobs) {
+  for (bench::FrameJob& job : jobs)
+    job.walk = false;
+  return jobs;
+}
+
 int report(const std::string& program, const Arguments& a) {
   const double load = a.load >= 0.0 ? a.load : loadNow();
   const bench::Roofline roof = bench::measureRoofline();
@@ -312,8 +332,8 @@ int report(const std::string& program, const Arguments& a) {
   for (const int size : {256, 512, 1024, 2048})
     sizes.push_back({"grid", a.most < 1'000'000 ? 26UL : 55UL, size, a.frames});
   std::vector<Json> rows = measure(program, cubes);
-  const auto grid_rows = measure(program, grids);
-  const auto pixel_rows = measure(program, sizes);
+  const auto grid_rows = measure(program, grids), ordered_grid_rows = measure(program, inAnOrder(grids));
+  const auto pixel_rows = measure(program, sizes), ordered_pixel_rows = measure(program, inAnOrder(sizes));
   std::string text =
       "# Performance\n\nMade by the programs that `make bench` runs. Times on the wall unless \"processor\" is said: "
       "that "
@@ -328,9 +348,15 @@ int report(const std::string& program, const Arguments& a) {
     throw Error("--most leaves no mesh to be measured: it should be at least 20000");
   const Json& tiers = rows.back();
   const std::string tier_text = tierSection(tiers);
+  std::vector<Json> staged = rows;
   rows.insert(rows.end(), grid_rows.begin(), grid_rows.end());
-  text += stageSection(rows, roof) + sortSection(rows) + memorySection(rows) + growthSection(grid_rows, pixel_rows) +
-          tier_text + bench::roadsSection(a.data, a.most, 3);
+  for (std::size_t i = 0; i < grid_rows.size(); ++i) {
+    staged.push_back(grid_rows[i]);
+    if (grid_rows[i]["walked"].get<bool>()) staged.push_back(ordered_grid_rows[i]);
+  }
+  text += stageSection(staged, roof) + sortSection(rows) + memorySection(rows) +
+          growthSection(ordered_grid_rows, grid_rows, ordered_pixel_rows, pixel_rows) + tier_text +
+          bench::roadsSection(a.data, a.most, 3);
   if (!a.peers.empty()) text += "\n" + readAll(a.peers);
   if (!a.bench.empty()) text += benchSection(a.bench);
   io::writeFile(a.output, text.data(), text.size());
@@ -366,9 +392,10 @@ Arguments parse(int argc, char** argv) {
 
 int main(int argc, char** argv) try {
   const std::string mode = argc > 1 ? argv[1] : "";
-  if (mode == "frame" && argc == 6) {
-    fmt::print("{}\n",
-               bench::measureFrame({argv[2], std::stoul(argv[3]), std::stoi(argv[4]), std::stoi(argv[5])}).dump());
+  if (mode == "frame" && argc == 7) {
+    const bench::FrameJob job{argv[2], std::stoul(argv[3]), std::stoi(argv[4]), std::stoi(argv[5]),
+                              argv[6] == std::string("1")};
+    fmt::print("{}\n", bench::measureFrame(job).dump());
     return 0;
   }
   if (mode == "report" && argc >= 3) return report(argv[0], parse(argc, argv));

@@ -44,8 +44,8 @@ void wholeAgainstTetrahedra(benchmark::State& state, const mesh::Source& source,
   const render::Projection projections[2] = {render::Projection::zoo, render::Projection::tets};
   for (std::size_t i = 0; i < 2; ++i) {
     const double before = heapBytes();
-    ways[i].session =
-        std::make_unique<render::Session>(source, render::Engine{.projection = projections[i], .backend = backend});
+    ways[i].session = std::make_unique<render::Session>(
+        source, render::Engine{.projection = projections[i], .backend = backend, .walking = composite::Walking::never});
     ways[i].session->setView(ways[i].session->defaultView(512, 512));
     ways[i].session->draw();
     ways[i].bytes = heapBytes() - before;

@@ -53,8 +53,9 @@ struct Road {
   std::string algorithm, road;
 };
 
-Road drive(const mesh::Source& source, sort::Algorithm sort, int frames) {
-  render::Session session(source, {.sort = sort, .backend = composite::Backend::native});
+Road drive(const mesh::Source& source, sort::Algorithm sort, int frames,
+           composite::Walking walking = composite::Walking::automatic) {
+  render::Session session(source, {.sort = sort, .backend = composite::Backend::native, .walking = walking});
   View view = session.defaultView(image_size, image_size);
   render::turnView(view, {20.0, 15.0, 1.0});
   session.setView(view);
@@ -89,7 +90,8 @@ std::string roadsSection(const std::string& data, std::size_t most, int frames) 
   std::string text = fmt::format(
       "\n## Roads\n\nEvery road ends in the same picture: the certificate finds the pixels on which an order is wrong "
       "and they are sorted again. Medians of {} viewpoints {:.0f}° apart, {}² pixels, seconds; pixels sorted again are "
-      "those of the worst view. `auto` is what `--sort auto` took.\n\n| mesh | order | frame | processor | sort | "
+      "those of the worst view. `auto` is what `--sort auto` took; rays that walk through tetrahedra take no "
+      "order.\n\n| mesh | order | frame | processor | sort | "
       "composite | pixels sorted again | unresolved |\n|---|---|---|---|---|---|---|---|\n",
       frames, degrees_between_views, image_size);
   for (const Place& place : places(data)) {
@@ -98,6 +100,10 @@ std::string roadsSection(const std::string& data, std::size_t most, int frames) 
     const mesh::Source source = place.make();
     const Road automatic = drive(source, sort::Algorithm::automatic, frames);
     text += row(place, fmt::format("auto: {} ({})", automatic.algorithm, automatic.road), automatic);
+    const bool walked = automatic.road == "walk";
+    const Road other = drive(source, sort::Algorithm::automatic, frames,
+                             walked ? composite::Walking::never : composite::Walking::always);
+    if (other.road != automatic.road) text += row(place, walked ? "`--walk never`" : "`--walk always`", other);
     for (const sort::Algorithm a : {sort::Algorithm::xmpvo, sort::Algorithm::mpvo, sort::Algorithm::mpvonc,
                                     sort::Algorithm::power, sort::Algorithm::centroid}) {
       try {

@@ -32,8 +32,7 @@ class Walk {
   Walk();
   ~Walk();
 
-  // Whether a frame can be walked: tetrahedra, exact integration. Keeps what it finds out of the mesh and of the
-  // field's
+  // Whether a frame can be walked: tetrahedra, exact integration. Keeps what it finds out of the mesh and of the field's
   // hidden cells until those are forgotten.
   bool takes(const Frame& frame);
   void forgetMesh() { linked_ = false; }

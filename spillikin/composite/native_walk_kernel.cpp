@@ -183,11 +183,6 @@ HWY_INLINE VF withinCorners(VF scalar, const VF (&value)[3]) {
                    hn::Max(hn::Max(value[0], value[1]), value[2]));
 }
 
-HWY_INLINE void loadThree(const RayPacket::PerRay<float> (&from)[3], VF (&to)[3]) {
-  for (std::size_t k = 0; k < 3; ++k)
-    to[k] = hn::Load(DF(), from[k]);
-}
-
 HWY_INLINE void storeThree(const VF (&from)[3], RayPacket::PerRay<float> (&to)[3]) {
   for (std::size_t k = 0; k < 3; ++k)
     hn::Store(from[k], DF(), to[k]);
@@ -208,83 +203,106 @@ HWY_INLINE void markHidden(const WalkFrame& frame, const RayPacket& r, std::uint
   hn::StoreMaskBits(di, hn::Ne(hidden, hn::Zero(di)), bits);
 }
 
+// What the next step reads is on its way while other packets take theirs: of some rays, their neighbours' cells being
+// mostly the same.
+HWY_INLINE void fetchLinks(const WalkFrame& frame, const RayPacket& r) {
+  for (std::size_t i = 0; i < hn::Lanes(DI()); i += 5)
+    hwy::Prefetch(frame.links + (static_cast<std::uint32_t>(r.way[i]) & ~3U));
+}
+
+// The corner ahead of each ray, as the ray sees it.
+struct Ahead {
+  Corner corner;
+  VF u, v;
+  VF edge[3];             // its edge functions with the three corners of the face behind
+  hn::Mask<DF> place[3];  // the corner whose place it takes: where the signs of the other two turn; none if they do not
+};
+
+HWY_INLINE Ahead lookAhead(const WalkFrame& frame, const RayPacket& r) {
+  const DF d;
+  const DI di;
+  Ahead q;
+  q.corner = gatherCorner(frame.points, hn::Load(di, r.ahead));
+  q.u = seen(q.corner.x, hn::Load(di, r.x));
+  q.v = seen(q.corner.y, hn::Load(di, r.y));
+  for (std::size_t k = 0; k < 3; ++k)
+    q.edge[k] = edgeFunction(hn::Load(d, r.u[k]), hn::Load(d, r.v[k]), q.u, q.v);
+  const auto n0 = isNegative(q.edge[0]), n1 = isNegative(q.edge[1]), n2 = isNegative(q.edge[2]);
+  q.place[0] = hn::AndNot(n2, n1);
+  q.place[1] = hn::AndNot(n0, n2);
+  q.place[2] = hn::AndNot(n1, n0);
+  return q;
+}
+
+// The row of the rank table shifted to what follows.
+HWY_INLINE VI ranksAfter(const Ahead& q, VI row) {
+  const DI di;
+  const auto second = hn::RebindMask(di, q.place[1]), third = hn::RebindMask(di, q.place[2]);
+  return hn::Shr(row, hn::IfThenElse(third, hn::Set(di, 2 * RankTable::bits),
+                                     hn::IfThenElseZero(second, hn::Set(di, RankTable::bits))));
+}
+
+// Puts the corner ahead into its place: the packet holds the face ahead then. Depth and scalar where rays cross that,
+// and which do so within its edges.
+template <bool Parallel>
+HWY_INLINE hn::Mask<DF> cross(const Ahead& q, RayPacket& r, VF& at, VF (&value)[3], VF& scalar) {
+  const DF d;
+  VF edge[3], depth[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    // Of the edges with the two corners that stay, both to the right.
+    const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+    const VF beside = hn::Abs(hn::IfThenElse(q.place[a], q.edge[b], q.edge[a]));
+    edge[k] = hn::IfThenElse(q.place[k], hn::Load(d, r.edge[k]), beside);
+    depth[k] = hn::IfThenElse(q.place[k], q.corner.depth, hn::Load(d, r.depth[k]));
+    value[k] = hn::IfThenElse(q.place[k], q.corner.value, hn::Load(d, r.value[k]));
+    hn::BlendedStore(q.u, q.place[k], d, r.u[k]);
+    hn::BlendedStore(q.v, q.place[k], d, r.v[k]);
+  }
+  storeThree(edge, r.edge);
+  storeThree(depth, r.depth);
+  storeThree(value, r.value);
+  crossing<Parallel>(edge, depth, value, at, scalar);
+  return hn::AndNot(onEdge(edge), hn::Or(hn::Or(q.place[0], q.place[1]), q.place[2]));
+}
+
 // Takes the rays of a packet through the cells where they are, to the n-th place of its path. False when none of them
 // has a cell to go on to.
 template <bool Parallel>
 HWY_INLINE bool step(const WalkFrame& frame, RayPacket& r, RayPath& path, std::size_t n) {
   const DF d;
   const DI di;
-  float* const path_depth = path.depth[n];
-  float* const path_scalar = path.scalar[n];
   if (frame.hidden != nullptr) markHidden(frame, r, path.hidden[n]);
-  const auto asInts = [&](auto m) HWY_ATTR { return hn::RebindMask(di, m); };
-  const VI row = rankRow(hn::Load(di, r.ranks));
-  const Corner q = gatherCorner(frame.points, hn::Load(di, r.ahead));
-  const VF uq = seen(q.x, hn::Load(di, r.x)), vq = seen(q.y, hn::Load(di, r.y));
-
-  VF u[3], v[3], with_q[3], edge[3];
-  loadThree(r.u, u);
-  loadThree(r.v, v);
-  loadThree(r.edge, edge);
-  for (std::size_t k = 0; k < 3; ++k)
-    with_q[k] = edgeFunction(u[k], v[k], uq, vq);
-  const auto n0 = isNegative(with_q[0]), n1 = isNegative(with_q[1]), n2 = isNegative(with_q[2]);
-  const decltype(n0) gone[3] = {hn::AndNot(n2, n1), hn::AndNot(n0, n2), hn::AndNot(n1, n0)};
-
-  const VI shift = hn::IfThenElse(asInts(gone[2]), hn::Set(di, 2 * RankTable::bits),
-                                  hn::IfThenElseZero(asInts(gone[1]), hn::Set(di, RankTable::bits)));
-  const VI next = hn::Shr(row, shift);
-  const VI three = hn::Set(di, 3);
+  const VI row = rankRow(hn::Load(di, r.ranks)), here = hn::Load(di, r.way), three = hn::Set(di, 3);
+  const Ahead q = lookAhead(frame, r);
+  const VI next = ranksAfter(q, row);
   VI way, ahead;
-  gatherLink(frame.links, hn::Or(hn::AndNot(three, hn::Load(di, r.way)), hn::And(next, three)), way, ahead);
+  gatherLink(frame.links, hn::Or(hn::AndNot(three, here), hn::And(next, three)), way, ahead);
 
-  VF depth[3], value[3];
-  loadThree(r.depth, depth);
-  loadThree(r.value, value);
-  // The edges that q has with the two corners that stay, each to the right.
-  for (std::size_t k = 0; k < 3; ++k) {
-    const VF new_edge = hn::Abs(hn::IfThenElse(gone[(k + 1) % 3], with_q[(k + 2) % 3], with_q[(k + 1) % 3]));
-    edge[k] = hn::IfThenElse(gone[k], edge[k], new_edge);
-    hn::BlendedStore(uq, gone[k], d, r.u[k]);
-    hn::BlendedStore(vq, gone[k], d, r.v[k]);
-    depth[k] = hn::IfThenElse(gone[k], q.depth, depth[k]);
-    value[k] = hn::IfThenElse(gone[k], q.value, value[k]);
-  }
-  storeThree(edge, r.edge);
-  storeThree(depth, r.depth);
-  storeThree(value, r.value);
-
-  VF at, scalar;
-  crossing<Parallel>(edge, depth, value, at, scalar);
+  VF at, scalar, value[3];
+  const auto found = hn::RebindMask(di, cross<Parallel>(q, r, at, value, scalar));
   if (frame.cell_values != nullptr) {
-    scalar = hn::GatherIndex(d, frame.cell_values, cellOf(hn::Load(di, r.way)));
+    scalar = hn::GatherIndex(d, frame.cell_values, cellOf(here));
   } else if (frame.pieces->jumps || frame.peaks) {
     scalar = withinCorners(scalar, value);
   }
   const auto live = hn::LoadMaskBits(di, r.live);
-  const auto found = asInts(hn::AndNot(onEdge(edge), hn::Or(hn::Or(gone[0], gone[1]), gone[2])));
-  const auto moves = hn::And(live, found);
+  const auto moved = hn::RebindMask(d, hn::And(live, found));
   // A ray at its end stays where it was.
-  const auto moved = hn::RebindMask(d, moves);
-  hn::Store(hn::IfThenElse(moved, at, hn::Load(d, path_depth - RayPacket::rays)), d, path_depth);
-  hn::Store(hn::IfThenElse(moved, scalar, hn::Load(d, path_scalar - RayPacket::rays)), d, path_scalar);
-
-  const auto goes_on = hn::AndNot(hn::Eq(way, hn::Set(di, static_cast<std::int32_t>(no_way))), moves);
+  hn::Store(hn::IfThenElse(moved, at, hn::Load(d, path.depth[n - 1])), d, path.depth[n]);
+  hn::Store(hn::IfThenElse(moved, scalar, hn::Load(d, path.scalar[n - 1])), d, path.scalar[n]);
   const auto lost = hn::AndNot(found, live);
   if (HWY_UNLIKELY(!hn::AllFalse(di, lost)))
     hn::Store(hn::Or(hn::Load(di, r.lost), hn::VecFromMask(di, lost)), di, r.lost);
+
+  const auto no_cell = hn::Eq(way, hn::Set(di, static_cast<std::int32_t>(no_way)));
+  const auto goes_on = hn::AndNot(no_cell, hn::And(live, found));
   hn::StoreMaskBits(di, goes_on, r.live);
-  // Rays at their end stay where all numbers are valid.
+  // Rays at their end read what all may read.
   way = hn::IfThenElseZero(goes_on, way);
   hn::Store(way, di, r.way);
   hn::Store(hn::IfThenElseZero(goes_on, ahead), di, r.ahead);
   hn::Store(hn::Or(hn::And(next, hn::Set(di, 7 << 2)), hn::And(way, three)), di, r.ranks);
-  // What the next step reads is on its way while other packets take theirs: of some rays, their neighbours' cells being
-  // mostly the same.
-  if (frame.many) {
-    for (std::size_t i = 0; i < hn::Lanes(di); i += 5)
-      hwy::Prefetch(frame.links + (static_cast<std::uint32_t>(r.way[i]) & ~3U));
-  }
+  if (frame.many) fetchLinks(frame, r);
   return !hn::AllFalse(di, goes_on);
 }
 
