@@ -37,9 +37,10 @@ constexpr double bound = 1.0 / 255.0;
 // tables.
 constexpr std::size_t most_newell_cells = 300'000;
 
-std::string leftOut(const Way& way, std::size_t cells) {
-  if (way.engine.sort == sort::Algorithm::newell && cells > most_newell_cells)
-    return fmt::format("not run: {} cells, more than {}", cells, most_newell_cells);
+std::string leftOut(const Way& way, const mesh::Mesh& mesh) {
+  if (way.engine.sort == sort::Algorithm::newell && mesh.cell_count() > most_newell_cells)
+    return fmt::format("not run: {} cells, more than {}", mesh.cell_count(), most_newell_cells);
+  if (way.engine.walking == composite::Walking::always && !mesh.tetrahedral()) return "not run: not all tetrahedra";
   return {};
 }
 
@@ -53,6 +54,9 @@ std::vector<Way> ways() {
     all.push_back({label, {algorithm, Projection::automatic, integration, backend}});
   };
   add("native", Backend::native, Integration::exact, Algorithm::automatic);
+  all.back().engine.walking = composite::Walking::never;
+  add("native, walked", Backend::native, Integration::exact, Algorithm::automatic);
+  all.back().engine.walking = composite::Walking::always;
   add("osmesa", Backend::osmesa, Integration::exact, Algorithm::automatic);
   add("egl", Backend::egl, Integration::exact, Algorithm::automatic);
   add("osmesa, preintegrated", Backend::osmesa, Integration::preintegrated, Algorithm::automatic);
@@ -231,7 +235,7 @@ Judged judgeMesh(const fs::path& path, const fs::path& pictures, int size) {
     Image picture;
     const bool first = way.label == "native";
     Outcome outcome;
-    outcome.refused = leftOut(way, session->mesh().cell_count());
+    outcome.refused = leftOut(way, session->mesh());
     if (outcome.refused.empty()) outcome = judge(source, way, all, first ? &picture : nullptr);
     outcome.refused = bench::withoutFolder(outcome.refused, path);
     out.text += row(way.label, outcome);
@@ -258,7 +262,9 @@ std::string heading(int size) {
       "counted "
       "apart. Ways named by a sort are drawn under the jumping transfer function alone, and as the order comes, "
       "without "
-      "the native backend's repair, to show what each order is worth; the sort newell on at most {1} cells. Difference "
+      "the native backend's repair, to show what each order is worth; the sort newell on at most {1} cells. Native "
+      "pictures are drawn in an order, and of tetrahedra walked through as well. "
+      "Difference "
       "pictures of the native backend, where it differs most: `accuracy/`.\n\n"
       "| mesh | cells | sort | native: max / mean / pixels over 1/255 | osmesa |\n|---|---|---|---|---|\n",
       size, most_newell_cells);

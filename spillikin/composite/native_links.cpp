@@ -13,23 +13,23 @@ constexpr std::size_t most_cells = std::size_t{1} << 28U;
 
 // A face as the cell on one side of it knows it.
 struct Side {
-  Link in;                              // no_way where the cell does not have the face
+  Link in{no_way, 0};                   // no_way where the cell does not have the face
   std::array<mesh::Id, 3> corner = {};  // the cell's own vertices at the face's
   bool same = true;                     // they are the face's
 };
 
-Side sideOf(const mesh::Mesh& mesh, mesh::Id cell, const std::array<mesh::Id, 3>& face) {
-  Side side{{no_way, 0}, face};
+std::uint32_t wayTo(mesh::Id cell, mesh::Id ahead, const std::array<mesh::Id, 3>& behind) {
+  return 4 * cell + (behind[0] < ahead ? 1 : 0) + (behind[1] < ahead ? 1 : 0) + (behind[2] < ahead ? 1 : 0);
+}
+
+// The cell's own vertices at the places of the face's.
+Side sideByPlace(const mesh::Mesh& mesh, mesh::Id cell, const std::array<mesh::Id, 3>& face) {
+  Side side{{no_way, 0}, face, false};
   unsigned found = 0, others = 0;
   for (const mesh::Id v : mesh.vertices(cell)) {
     std::size_t k = 0;
-    while (k < 3 && face[k] != v)
+    while (k < 3 && face[k] != v && mesh.points[face[k]] != mesh.points[v])
       ++k;
-    for (std::size_t i = 0; k == 3 && i < 3; ++i) {
-      if (mesh.points[face[i]] != mesh.points[v]) continue;
-      side.same = false;
-      k = i;
-    }
     if (k < 3) {
       side.corner[k] = v;
       found |= 1U << k;
@@ -38,12 +38,21 @@ Side sideOf(const mesh::Mesh& mesh, mesh::Id cell, const std::array<mesh::Id, 3>
       ++others;
     }
   }
-  if (found != 7 || others != 1) return side;
-  std::uint32_t rank = 0;
-  for (const mesh::Id v : side.corner)
-    rank += v < side.in.corner ? 1 : 0;
-  side.in.way = 4 * cell + rank;
+  if (found == 7 && others == 1) side.in.way = wayTo(cell, side.in.corner, side.corner);
   return side;
+}
+
+Side sideOf(const mesh::Mesh& mesh, mesh::Id cell, const std::array<mesh::Id, 3>& face) {
+  const mesh::Id* const v = mesh.cell_vertex.data() + 4 * std::size_t{cell};
+  mesh::Id ahead = 0;
+  int others = 0;
+  for (int i = 0; i < 4; ++i) {
+    const bool other = (v[i] != face[0]) & (v[i] != face[1]) & (v[i] != face[2]);
+    ahead = other ? v[i] : ahead;
+    others += other ? 1 : 0;
+  }
+  if (others != 1) return sideByPlace(mesh, cell, face);
+  return {{wayTo(cell, ahead, face), ahead}, face, true};
 }
 
 // The two sides of a face; the second has no way in behind an exterior face.
@@ -62,7 +71,6 @@ struct Sides {
   }
   bool known() const { return first.in.way != no_way && (exterior || second.in.way != no_way); }
   bool seam() const { return !exterior && !(first.same && second.same); }
-  std::size_t entrances() const { return exterior ? 1 : seam() ? 2 : 0; }
 };
 
 }  // namespace
@@ -79,13 +87,15 @@ bool Links::set(const mesh::Mesh& mesh) {
 }
 
 void Links::clear() {
-  links_ = {};
+  links_.reset();
+  count_ = 0;
   entrances_ = {};
 }
 
 bool Links::link(const mesh::Mesh& mesh) {
-  links_.resize(4 * mesh.cell_count());
-  std::atomic<bool> known = true;
+  count_ = 4 * mesh.cell_count();
+  links_ = std::make_unique_for_overwrite<Link[]>(count_);
+  std::atomic<bool> known = true, seams = false;
   mesh::parallelFor(mesh.triangle_count(), [&](std::size_t f) {
     const Sides sides(mesh, f);
     if (!sides.known()) {
@@ -93,10 +103,17 @@ bool Links::link(const mesh::Mesh& mesh) {
       return;
     }
     constexpr Link end{no_way, 0};
+    if (sides.seam()) seams.store(true, std::memory_order_relaxed);
     links_[sides.first.in.way] = sides.seam() ? end : sides.second.in;
     if (!sides.exterior) links_[sides.second.in.way] = sides.seam() ? end : sides.first.in;
   });
+  seams_ = seams;
   return known;
+}
+
+std::size_t Links::entrancesOf(const mesh::Mesh& mesh, std::size_t face) const {
+  if (mesh.triangle_cells[face][1] == mesh::none) return 1;
+  return seams_ && Sides(mesh, face).seam() ? 2 : 0;
 }
 
 // The normal of a face points away from the cell on its first side.
@@ -105,7 +122,7 @@ void Links::findEntrances(const mesh::Mesh& mesh) {
   mesh::parallelBlocks(mesh.triangle_count(), [&](std::size_t block, std::size_t first, std::size_t last) {
     std::size_t count = 0;
     for (std::size_t f = first; f < last; ++f)
-      count += Sides(mesh, f).entrances();
+      count += entrancesOf(mesh, f);
     begin[block + 1] = count;
   });
   for (std::size_t b = 1; b < begin.size(); ++b)
@@ -114,8 +131,8 @@ void Links::findEntrances(const mesh::Mesh& mesh) {
   mesh::parallelBlocks(mesh.triangle_count(), [&](std::size_t block, std::size_t first, std::size_t last) {
     std::size_t at = begin[block];
     for (std::size_t f = first; f < last; ++f) {
+      if (entrancesOf(mesh, f) == 0) continue;
       const Sides sides(mesh, f);
-      if (sides.entrances() == 0) continue;
       const std::array<mesh::Id, 3>& a = sides.first.corner;
       entrances_[at++] = {{a[0], a[2], a[1]}, sides.first.in};
       if (!sides.seam()) continue;

@@ -7,6 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "spillikin/mesh/mesh.h"
@@ -16,8 +18,8 @@ namespace spillikin::composite::native {
 // A way into a cell, through the face opposite to its corner of a rank: 4 * cell + rank, and that corner. no_way where
 // the mesh ends.
 struct Link {
-  std::uint32_t way = 0;
-  mesh::Id corner = 0;
+  std::uint32_t way;
+  mesh::Id corner;
 };
 inline constexpr std::uint32_t no_way = 0xffffffffU;
 
@@ -25,7 +27,7 @@ inline constexpr std::uint32_t no_way = 0xffffffffU;
 // that enters; and the way in. Exterior faces are such, and both sides of a seam, a face whose cells name other
 // vertices at the same places because values differ from side to side: there a walk ends, and the next begins.
 struct Entrance {
-  mesh::Id corner[3] = {};
+  mesh::Id corner[3];
   Link in;
 };
 
@@ -39,15 +41,18 @@ class Links {
 
   // no_way behind exterior faces and seams. Of cell c, left through the face opposite to its corner of rank k:
   // links()[4 * c + k].
-  const std::vector<Link>& links() const { return links_; }
+  std::span<const Link> links() const { return {links_.get(), count_}; }
   const std::vector<Entrance>& entrances() const { return entrances_; }
-  std::size_t bytes() const { return links_.size() * sizeof(Link) + entrances_.size() * sizeof(Entrance); }
+  std::size_t bytes() const { return count_ * sizeof(Link) + entrances_.size() * sizeof(Entrance); }
 
  private:
   bool link(const mesh::Mesh& mesh);
+  std::size_t entrancesOf(const mesh::Mesh& mesh, std::size_t face) const;
   void findEntrances(const mesh::Mesh& mesh);
 
-  std::vector<Link> links_;
+  bool seams_ = false;             // there are some
+  std::unique_ptr<Link[]> links_;  // made without being cleared: that takes as long as the linking
+  std::size_t count_ = 0;
   std::vector<Entrance> entrances_;
 };
 
