@@ -154,6 +154,32 @@ TEST(Session, ADeformedStepReusesTheAdjacencyAndDrawsTheSamePictureAsAFreshSessi
   EXPECT_LT(worst, 1e-5F);
 }
 
+TEST(Session, ADeformedStepIsWalkedOnTheLinksOfTheStepBefore) {
+  const mesh::Source before = tests::shell(5);
+  mesh::Source after = before;
+  for (Vec3& p : after.points)
+    p += 0.2 * Vec3(p.y, p.z, 0.5 * p.x);
+  const render::Engine engine{.walking = composite::Walking::always};
+  render::Session moved(before, engine), fresh(after, engine);
+  View view = fresh.defaultView(64, 64);
+  moved.setView(view);
+  moved.draw();
+  const double bytes = moved.stats().bytes_per_cell;
+  moved.setSource(after);
+  moved.setField("");
+  EXPECT_TRUE(moved.stats().adjacency_reused);
+  moved.setTransferFunction(fresh.transferFunction());
+  fresh.setView(view);
+  const Image a = moved.draw(), b = fresh.draw();
+  EXPECT_EQ(moved.stats().sort.road, "walk");
+  EXPECT_EQ(fresh.stats().sort.road, "walk");
+  EXPECT_DOUBLE_EQ(moved.stats().bytes_per_cell, bytes);
+  float worst = 0.0F;
+  for (std::size_t i = 0; i < a.rgba.size(); ++i)
+    worst = std::max(worst, std::abs(a.rgba[i] - b.rgba[i]));
+  EXPECT_LT(worst, 1e-5F);
+}
+
 TEST(Session, AStepThatTurnsACellInsideOutIsBuiltAgain) {
   const mesh::Source before = tests::tetrahedronGrid(2);
   mesh::Source mirrored = before;

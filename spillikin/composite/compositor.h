@@ -38,6 +38,7 @@ struct Frame {
   Integration integration = Integration::exact;
   // Which of the inputs are the very same as in the call before, so that what was made of them may be kept.
   bool same_mesh = false;
+  bool same_topology = false;  // the mesh's vertices and cells are the same by their numbers, wherever they lie now
   bool same_field = false;
   bool same_transfer_function = false;
   bool order_matters = true;  // false where any order gives the same picture
@@ -61,6 +62,7 @@ struct FrameStats {
   std::size_t polygons = 0;
   std::size_t flagged = 0, resolved = 0, unresolved = 0;  // certificate; the OpenGL backends have none
   bool certified = false;
+  std::size_t kept_bytes = 0;  // of the mesh, for frames that need no order
 };
 
 class Compositor {

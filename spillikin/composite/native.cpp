@@ -71,7 +71,7 @@ void Native::prepare(const Frame& frame) {
 }
 
 void Native::forgetWhatChanged(const Frame& frame) {
-  if (!frame.same_mesh) walk_.forgetMesh();
+  if (!frame.same_mesh && !frame.same_topology) walk_.forgetMesh();
   if (!frame.same_mesh || !frame.same_field) walk_.forgetField();
 }
 

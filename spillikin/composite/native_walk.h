@@ -24,7 +24,7 @@
 
 namespace spillikin::composite::native {
 
-// Whether walking is the quicker way: by the mean size of some of the cells on the screen. Constant time.
+// Whether walking is the quicker way: by the size of some of the cells on the screen. Constant time.
 bool walkPays(const Frame& frame);
 
 class Walk {
@@ -32,8 +32,8 @@ class Walk {
   Walk();
   ~Walk();
 
-  // Whether a frame can be walked: tetrahedra, exact integration. Keeps what it finds out of the mesh and of the field's
-  // hidden cells until those are forgotten.
+  // Whether a frame can be walked: tetrahedra, exact integration. Keeps what it finds out of the mesh's topology and of
+  // the field's hidden cells until those are forgotten.
   bool takes(const Frame& frame);
   void forgetMesh() { linked_ = false; }
   void forgetField() { hidden_known_ = false; }

@@ -112,6 +112,7 @@ struct Session::Impl {
   double extent = 0.0;                       // of the mesh, its diagonal
   bool crowded = false;                      // too many pixels had to be sorted again
   bool lost = false;                         // rays that walk through the mesh lose their way
+  double mesh_bytes = 0.0, walk_bytes = 0.0;
   // Tier (c).
   View view;
   std::optional<project::Camera> camera;
@@ -124,7 +125,7 @@ struct Session::Impl {
   std::optional<Rendition> rendition;  // of the two, once drawn
 
   std::unique_ptr<composite::Compositor> compositor;
-  bool drew_mesh = false, drew_field = false, drew_transfer_function = false;
+  bool drew_topology = false, drew_mesh = false, drew_field = false, drew_transfer_function = false;
   std::vector<std::uint8_t> clear;  // of the three that were drawn, see composite::Frame
 
   const mesh::Mesh& drawnMesh();
@@ -159,13 +160,15 @@ void Session::Impl::warn(std::string line) {
 void Session::Impl::build() {
   const Clock timer;
   mesh = mesh::build(source, &report);
+  drew_topology = false;
   for (const std::string& line : report.warnings)
     warn(line);
+  const mesh::Counts counts = mesh::count(mesh);
+  mesh_bytes = static_cast<double>(counts.bytes);
   newGeometry();
   warnOfFolds();
   stats.build_seconds = timer.seconds();
   stats.adjacency_reused = false;
-  const mesh::Counts counts = mesh::count(mesh);
   stats.cells = mesh.cell_count();
   stats.cells_by_type.clear();
   for (std::size_t t = 0; t < mesh::cell_type_count; ++t) {
@@ -174,7 +177,6 @@ void Session::Impl::build() {
   }
   stats.faces = mesh.face_count();
   stats.exterior_faces = counts.exterior_faces;
-  stats.bytes_per_cell = static_cast<double>(counts.bytes) / static_cast<double>(mesh.cell_count());
 }
 
 // Cells whose faces cross each other have no picture: said with the file's ids of the first few.
@@ -208,6 +210,8 @@ void Session::Impl::newGeometry() {
   rendition.reset();
   convexity.reset();
   crowded = lost = false;
+  walk_bytes = 0.0;
+  stats.bytes_per_cell = mesh_bytes / static_cast<double>(mesh.cell_count());
   drew_mesh = drew_field = false;
 }
 
@@ -365,6 +369,7 @@ composite::Frame Session::Impl::frame(const sort::Order& order) {
           .order = order,
           .integration = engine.integration,
           .same_mesh = drew_mesh,
+          .same_topology = drew_topology && &drawnMesh() == &mesh,
           .same_field = drew_field,
           .same_transfer_function = drew_transfer_function,
           .order_matters = look.order_matters,
@@ -387,6 +392,8 @@ bool Session::Impl::walk(Image& image) {
   stats.sort.algorithm = sort::name(sort::Algorithm::none);
   stats.sort.exact = true;
   stats.sort.road = "walk";
+  stats.bytes_per_cell += (static_cast<double>(drawn.kept_bytes) - walk_bytes) / static_cast<double>(mesh.cell_count());
+  walk_bytes = static_cast<double>(drawn.kept_bytes);
   stats.sort.why = "cells are so small on the screen that rays walk from one to the next, and need no order";
   record(drawn);
   return true;
@@ -513,7 +520,7 @@ void Session::draw(Image& image) {
   s.findClearCells();
   if (!s.walk(image)) s.drawInOrder(image);
   develop(s.drawnLook(), image);
-  s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
+  s.drew_topology = s.drew_mesh = s.drew_field = s.drew_transfer_function = true;
 }
 
 Image Session::draw() {

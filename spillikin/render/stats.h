@@ -46,7 +46,7 @@ struct Stats {
   double field_seconds = 0.0;
   double total_seconds = 0.0;  // since the session began, reading included
   std::size_t peak_rss_bytes = 0;
-  double bytes_per_cell = 0.0;  // mesh and sorter
+  double bytes_per_cell = 0.0;  // mesh, sorters and what walks are made on
   int threads = 0;
 };
 
