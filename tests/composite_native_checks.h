@@ -9,6 +9,7 @@
 #include "spillikin/composite/backends.h"
 #include "spillikin/project/camera.h"
 #include "tests/composite_native_support.h"
+#include "tests/support/meshes.h"
 
 namespace spillikin::tests {
 
@@ -62,6 +63,19 @@ inline void expectChords(const Subject& s, const View& view, Vec3 lo, Vec3 hi) {
 inline Subject uniform(const mesh::Source& source, double extinction) {
   Subject s(source, "", "viridis", 1.0);
   s.tf = integrate::TransferFunction({{0.0, {0.2, 0.5, 0.8}, extinction}});
+  return s;
+}
+
+// Regions whose scalar is that of a jump, to the last bit.
+inline Subject constantAtJumps() {
+  mesh::Source source = delaunayCube(200, 14);
+  addPointArray(source, "flat", [](const Vec3& p) { return p.x > 0.5 ? 0.1 : 0.7; });
+  Subject s(source, "flat", "viridis", 1.0);
+  s.tf = integrate::TransferFunction({{0.0, {1, 0, 0}, 2.0},
+                                      {0.1, {1, 0, 0}, 2.0},
+                                      {0.1, {0, 1, 0}, 0.5},
+                                      {0.7, {0, 1, 0}, 0.5},
+                                      {0.7, {0, 0, 1}, 1.0}});
   return s;
 }
 

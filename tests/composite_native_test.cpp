@@ -266,14 +266,7 @@ TEST(CompositeNative, CellFields) {
 
 // A region whose scalar is a jump's value lies on the jump's upper side, to the last bit.
 TEST(CompositeNative, ConstantAtAJump) {
-  mesh::Source source = delaunayCube(200, 14);
-  addPointArray(source, "flat", [](const Vec3& p) { return p.x > 0.5 ? 0.1 : 0.7; });
-  Subject s(source, "flat", "viridis", 1.0);
-  s.tf = integrate::TransferFunction({{0.0, {1, 0, 0}, 2.0},
-                                      {0.1, {1, 0, 0}, 2.0},
-                                      {0.1, {0, 1, 0}, 0.5},
-                                      {0.7, {0, 1, 0}, 0.5},
-                                      {0.7, {0, 0, 1}, 1.0}});
+  const Subject s = constantAtJumps();
   expectExact(s, viewOf(s, {1.0, 0.6, 0.8}, 64, 48));
 }
 

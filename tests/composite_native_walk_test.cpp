@@ -22,6 +22,15 @@ namespace {
 
 const sort::Order no_order;
 
+// Draws a frame by walking. False where that needs an order.
+bool walk(composite::Compositor& native, composite::Frame& frame, composite::FrameStats& stats, Image& image) {
+  frame.walking = composite::Walking::always;
+  if (native.needsOrder(frame)) return false;
+  frame.ordered = false;
+  stats = native.draw(frame, image);
+  return true;
+}
+
 // Frames of one mesh, drawn without an order. Its inputs must outlive it.
 class Walked {
  public:
@@ -31,13 +40,9 @@ class Walked {
   bool draw(const View& view) {
     const project::Camera camera(view);
     composite::Frame frame{s_.mesh, s_.field, s_.tf, camera, no_order};
-    frame.walking = composite::Walking::always;
     frame.same_mesh = frame.same_field = frame.same_transfer_function = drew_;
-    if (native_->needsOrder(frame)) return false;
-    frame.ordered = false;
-    stats = native_->draw(frame, image);
-    drew_ = true;
-    return true;
+    drew_ = walk(*native_, frame, stats, image);
+    return drew_;
   }
 
   composite::FrameStats stats;
@@ -187,14 +192,7 @@ TEST(CompositeNativeWalk, AcrossSeams) {
 }
 
 TEST(CompositeNativeWalk, ConstantAtAJump) {
-  mesh::Source source = delaunayCube(200, 14);
-  addPointArray(source, "flat", [](const Vec3& p) { return p.x > 0.5 ? 0.1 : 0.7; });
-  Subject s(source, "flat", "viridis", 1.0);
-  s.tf = integrate::TransferFunction({{0.0, {1, 0, 0}, 2.0},
-                                      {0.1, {1, 0, 0}, 2.0},
-                                      {0.1, {0, 1, 0}, 0.5},
-                                      {0.7, {0, 1, 0}, 0.5},
-                                      {0.7, {0, 0, 1}, 1.0}});
+  const Subject s = constantAtJumps();
   expectWalked(s, viewOf(s, {1.0, 0.6, 0.8}, 64, 48));
 }
 
@@ -258,11 +256,10 @@ TEST(CompositeNativeWalk, OneCompositorDrawsSeveralMeshes) {
     const View view = viewOf(*s, {0.3, 0.6, 0.8}, 40, 30);
     const project::Camera camera(view);
     composite::Frame frame{s->mesh, s->field, s->tf, camera, no_order};
-    frame.walking = composite::Walking::always;
-    ASSERT_FALSE(native->needsOrder(frame));
-    frame.ordered = false;
+    composite::FrameStats stats;
     Image image;
-    EXPECT_TRUE(native->draw(frame, image).certified);
+    ASSERT_TRUE(walk(*native, frame, stats, image));
+    EXPECT_TRUE(stats.certified);
     EXPECT_LE(largestDifference(image, castRays(*s, camera)), 0.1 * step);
   }
 }
@@ -331,13 +328,12 @@ TEST(CompositeNativeWalk, FieldsChange) {
   bool drew = false;
   for (const Subject* s : {&all, &some, &some, &all}) {
     composite::Frame frame{all.mesh, s->field, all.tf, camera, no_order};
-    frame.walking = composite::Walking::always;
     frame.same_mesh = frame.same_transfer_function = drew;
     drew = true;
-    ASSERT_FALSE(native->needsOrder(frame));
-    frame.ordered = false;
+    composite::FrameStats stats;
     Image image;
-    EXPECT_TRUE(native->draw(frame, image).certified);
+    ASSERT_TRUE(walk(*native, frame, stats, image));
+    EXPECT_TRUE(stats.certified);
     EXPECT_LE(largestDifference(image, castRays(*s, camera)), 0.1 * step);
   }
 }
