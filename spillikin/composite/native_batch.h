@@ -211,9 +211,6 @@ struct Fragment {
   std::uint32_t pixel = 0;  // pixelIndex
 };
 
-// The pixels of a tile that are asked for, a bit each, by block.
-using PixelMask = std::array<std::uint16_t, tile_blocks>;
-
 // What the kernels work with between cells; one per thread. Not thread-local: the loops must know that it stays put.
 struct KernelScratch {
   CellBatch batch;

@@ -38,6 +38,15 @@ inline constexpr std::int32_t pixelRow(std::size_t pixel) {
   return static_cast<std::int32_t>(pixel / block_pixels / block_columns * 4 + pixel % block_pixels / 4);
 }
 
+// Some pixels of a tile, a bit each, by block.
+using PixelMask = std::array<std::uint16_t, tile_blocks>;
+inline void addPixel(PixelMask& mask, std::size_t pixel) {
+  mask[pixel / block_pixels] |= static_cast<std::uint16_t>(1U << (pixel % block_pixels));
+}
+inline bool hasPixel(const PixelMask& mask, std::size_t pixel) {
+  return (mask[pixel / block_pixels] >> (pixel % block_pixels) & 1U) != 0;
+}
+
 // Structure of arrays over pixelIndex.
 struct Pixels {
   template <class T>
@@ -46,7 +55,7 @@ struct Pixels {
   alignas(64) PerPixel<float> last;                 // nearness at which the last fragment ended
   alignas(64) PerPixel<float> length;               // world length of a unit of depth on the pixel's ray
   alignas(64) PerPixel<float> clip_near, clip_far;  // the range of nearness that clip planes and the eye leave
-  std::array<std::uint16_t, tile_blocks> flagged;   // pixels of a block where an inversion was found
+  PixelMask flagged;                                // where an inversion was found
   std::uint64_t live;                               // a bit for each block to which more cells may come
 
   bool isLive(std::size_t pixel) const { return (live >> (pixel / block_pixels) & 1U) != 0; }

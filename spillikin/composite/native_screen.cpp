@@ -73,15 +73,14 @@ void Screen::setScale(const Frame& frame) {
     piece.end = k < points.size() ? static_cast<float>(scaled(points[k].value)) : std::numeric_limits<float>::max();
     if (k < points.size()) breaks_.push_back(points[k].value);
   }
-  setKinks(points);
+  setKinks(frame.transfer_function);
 }
 
 // Joint k lies between pieces k and k + 1, at points[k].
-void Screen::setKinks(const std::vector<integrate::ControlPoint>& points) {
+void Screen::setKinks(const integrate::TransferFunction& transfer_function) {
   constexpr double straight = 1e-7;  // of the largest extinction over the frame's scale: float's own rounding
-  double most = 0.0;
-  for (const integrate::ControlPoint& p : points)
-    most = std::max(most, p.extinction);
+  const std::vector<integrate::ControlPoint>& points = transfer_function.points();
+  const double most = transfer_function.densest();
   const auto slope = [&](std::size_t piece, double at, double next) {
     return (next - at) / (scaled(points[piece].value) - scaled(points[piece - 1].value));
   };

@@ -90,7 +90,7 @@ class Screen {
 
  private:
   void setScale(const Frame& frame);
-  void setKinks(const std::vector<integrate::ControlPoint>& points);
+  void setKinks(const integrate::TransferFunction& transfer_function);
   void setValues(const Frame& frame);
   void setVertices(const Frame& frame);
   void setClips(const Frame& frame);

@@ -205,9 +205,7 @@ void TilePainter::addSpan(std::size_t i, const Span& span) {
   const double far = screen_->depths().nearness(span.far);
   const double tolerance = view_.overlap_at + view_.overlap_slope * std::max(near, 0.0);
   if (near > far + solid_share * tolerance) {
-    if (near > pixels_.last[i] + tolerance) {
-      pixels_.flagged[i / block_pixels] |= static_cast<std::uint16_t>(1U << (i % block_pixels));
-    }
+    if (near > pixels_.last[i] + tolerance) addPixel(pixels_.flagged, i);
     pixels_.last[i] = static_cast<float>(far);
   }
   if (view_.peaks) {
@@ -241,7 +239,7 @@ void TilePainter::resolve(std::span<const Entry> entries) {
 void TilePainter::resolvePart(std::span<const Entry> entries, std::span<const std::uint16_t> pixels) {
   wanted_.fill(0);
   for (const std::uint16_t p : pixels)
-    wanted_[p / block_pixels] |= static_cast<std::uint16_t>(1U << (p % block_pixels));
+    addPixel(wanted_, p);
   if (!collect(entries, pixels.size() == 1 ? std::numeric_limits<std::size_t>::max() : most_fragments)) {
     resolvePart(entries, pixels.first(pixels.size() / 2));
     resolvePart(entries, pixels.subspan(pixels.size() / 2));

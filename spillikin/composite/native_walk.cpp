@@ -140,12 +140,6 @@ class Walk::Painter {
   void tryPixels(const WalkFrame& frame, const WalkPlace& place, std::span<const std::uint32_t> faces);
   void sortStarts();
   bool takeLayer(std::size_t layer, const WalkFrame& frame);
-  void flag(std::size_t pixel) {
-    pixels_.flagged[pixel / block_pixels] |= static_cast<std::uint16_t>(1U << (pixel % block_pixels));
-  }
-  bool isFlagged(std::size_t pixel) const {
-    return (pixels_.flagged[pixel / block_pixels] >> (pixel % block_pixels) & 1U) != 0;
-  }
   std::size_t takeFlagged();
 
   TileView view_;
@@ -167,10 +161,8 @@ void Walk::Painter::begin(const Walk& walk, const Screen& screen, std::size_t ti
   setClips();
   wanted_.fill(0);
   for (int y = 0; y < view_.height; ++y) {
-    for (int x = 0; x < view_.width; ++x) {
-      const std::size_t pixel = pixelIndex(x, y);
-      wanted_[pixel / block_pixels] |= static_cast<std::uint16_t>(1U << (pixel % block_pixels));
-    }
+    for (int x = 0; x < view_.width; ++x)
+      addPixel(wanted_, pixelIndex(x, y));
   }
 }
 
@@ -222,8 +214,7 @@ void Walk::Painter::tryPixels(const WalkFrame& frame, const WalkPlace& place, st
   found_.clear();
   findStarts(frame, place, faces, wanted_, scratch_, found_);
   for (std::size_t p = 0; p < tile_pixels; ++p) {
-    const bool wanted = (wanted_[p / block_pixels] >> (p % block_pixels) & 1U) != 0;
-    if (wanted && scratch_.balance[p] != 0) flag(p);
+    if (hasPixel(wanted_, p) && scratch_.balance[p] != 0) addPixel(pixels_.flagged, p);
   }
   sortStarts();
   scratch_.left.fill(-std::numeric_limits<float>::infinity());
@@ -257,9 +248,9 @@ bool Walk::Painter::takeLayer(std::size_t layer, const WalkFrame& frame) {
     if (begin_[p] + layer >= begin_[p + 1]) continue;
     any = true;
     const Start& start = starts_[begin_[p] + layer];
-    if ((pixels_.light[p] < opaque_light && !frame.peaks) || isFlagged(p)) continue;
+    if ((pixels_.light[p] < opaque_light && !frame.peaks) || hasPixel(pixels_.flagged, p)) continue;
     if (start.depth < scratch_.left[p] - frame.tolerance) {
-      flag(p);
+      addPixel(pixels_.flagged, p);
     } else {
       layer_.push_back(start);
     }
@@ -271,7 +262,7 @@ bool Walk::Painter::takeLayer(std::size_t layer, const WalkFrame& frame) {
 std::size_t Walk::Painter::takeFlagged() {
   std::size_t count = 0;
   for (std::size_t p = 0; p < tile_pixels; ++p) {
-    if (!isFlagged(p)) continue;
+    if (!hasPixel(pixels_.flagged, p)) continue;
     pixels_.red[p] = pixels_.green[p] = pixels_.blue[p] = 0.0F;
     pixels_.light[p] = 1.0F;
     ++count;
@@ -303,9 +294,7 @@ void Walk::setHidden(const Frame& frame) {
 bool Walk::sees(const Screen& screen) {
   const Depths& depths = screen.depths();
   if (!depths.parallel && !(depths.lo >= least_nearest * depths.hi)) return false;
-  double densest = 0.0;
-  for (const integrate::ControlPoint& p : screen.frame().transfer_function.points())
-    densest = std::max(densest, p.extinction);
+  const double densest = screen.frame().transfer_function.densest();
   const double farthest = depths.parallel ? depths.hi - depths.lo : depths.hi;
   if (!(densest * farthest * std::numeric_limits<float>::epsilon() <= hidden_light)) return false;
   return setFineness(screen);

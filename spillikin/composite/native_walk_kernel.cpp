@@ -391,7 +391,7 @@ void empty(const WalkFrame& frame, const RayPacket& r, Pixels& pixels, WalkScrat
     pixels.light[p] = r.light[i];
     scratch.left[p] = r.at[i];
     const bool lost = r.lost[i] != 0 || !(r.advance[i] >= -frame.tolerance);
-    if (lost) pixels.flagged[p / block_pixels] |= static_cast<std::uint16_t>(1U << (p % block_pixels));
+    if (lost) addPixel(pixels.flagged, p);
   }
 }
 

@@ -64,6 +64,13 @@ bool TransferFunction::oneColor() const {
                      [&](const ControlPoint& p) { return p.color == points_.front().color; });
 }
 
+double TransferFunction::densest() const {
+  double most = 0.0;
+  for (const ControlPoint& p : points_)
+    most = std::max(most, p.extinction);
+  return most;
+}
+
 TransferFunction TransferFunction::scaled(double factor) const {
   if (!(factor >= 0.0) || !std::isfinite(factor)) {
     throw Error(

@@ -36,6 +36,8 @@ class TransferFunction {
   // Whether all of it glows in one colour: then a ray's radiance is that colour times its opacity, and the order of
   // what it meets does not show (Optics::absorption, Optics::xray).
   bool oneColor() const;
+  // The largest extinction.
+  double densest() const;
 
   // The same function with extinction times `factor`, and with the values mapped from [0, 1] to [lo, hi].
   TransferFunction scaled(double factor) const;

@@ -39,10 +39,7 @@ Rendition rendition(Optics optics, const TransferFunction& look, double extent) 
     case Optics::emission:
       break;
   }
-  double densest = 0.0;
-  for (const auto& p : look.points())
-    densest = std::max(densest, p.extinction);
-  const double depth = densest * extent;
+  const double depth = look.densest() * extent;
   // Powers of two change no digit.
   const double thin = depth > 0.0 && std::isfinite(depth) ? std::exp2(std::floor(std::log2(hidden / depth))) : 1.0;
   return {look.scaled(thin), false, false, 1.0 / thin};

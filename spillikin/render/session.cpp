@@ -270,9 +270,6 @@ bool Session::Impl::certificateWillDo() {
   constexpr double hidden_light = 1e-3;  // what one overlooked fragment may absorb: a quarter of a display step
   const double grain = compositor->certificateGrain();
   if (engine.sort != sort::Algorithm::automatic || grain <= 0.0 || crowded) return false;
-  double densest = 0.0;
-  for (const integrate::ControlPoint& p : transfer_function.points())
-    densest = std::max(densest, p.extinction);
   if (!convexity) {
     const Box box = boundingBox(mesh);
     extent = glm::length(box.upper - box.lower);
@@ -281,7 +278,7 @@ bool Session::Impl::certificateWillDo() {
     if (!convexity->convex && !asked.sorter) keep(asked, sort::Convexified::withoutFilling(drawnMesh()), timer);
   }
   const bool gaps = !convexity->convex && !(asked.sorter && asked.sorter->algorithm() == sort::Algorithm::convexified);
-  return gaps && densest * extent * grain <= hidden_light;
+  return gaps && transfer_function.densest() * extent * grain <= hidden_light;
 }
 
 Road Session::Impl::road() {
