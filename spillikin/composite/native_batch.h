@@ -12,6 +12,8 @@
 
 namespace spillikin::composite::native {
 
+inline constexpr float float_rounding = 4e-7F;  // a few units in the last place
+
 inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
 
 // Fragments of a cell are optically thinner than these where it is shaded by a short series, by a long one, and by a
@@ -25,10 +27,27 @@ inline constexpr float thin_growth = 0.25F;
 // depth. Or nothing is integrated, only its peak is wanted. An edge-on face takes the cell out of the kernel's hands.
 enum class Care : std::int32_t { none, bend, bends, long_bends, cut, cuts, deep, full, peak, edge_on };
 
-// What a colour's bends may leave out (see Look) where they are weighted with the light's mean and tilt alone, and
-// where with its bow too: at most a twentieth of a display step.
-inline constexpr float flat_left_out = 0.04F, bowed_left_out = 0.4F;
+// What a colour's bends may leave out of a fragment's light: a twentieth of a display step.
+inline constexpr float bend_left_out = 2e-4F;
 inline constexpr float most_bend = 8.0F;  // so that float keeps the differences of what the pieces give
+
+// What is left out of a bend's light at most, for each unit of opacity and of the bend times the scalar's change: where
+// the light along a fragment is taken for a line, and where for a parabola (its mean, its tilt and its bow). `depth` is
+// optical, at most deep_depth; `growth` is what extinction changes by times the length, `change` that without the
+// length, `amid` the extinction half way. Fitted from above to quadrature over all fragments that deep.
+struct LeftOut {
+  static constexpr float depth_squared = 1.0F / 384, growth = 1.0F / 124;
+  static constexpr float depth_cubed = 1.2e-4F, depth_growth = 5.8e-4F, growth_ratio = 2.4e-4F,
+                         depth_growth_ratio = 1.2e-4F;
+};
+inline float tiltLeftOut(float depth, float growth) {
+  return LeftOut::depth_squared * depth * depth + LeftOut::growth * growth;
+}
+inline float bowLeftOut(float depth, float growth, float change, float amid) {
+  const float ratio = std::min(change / std::max(amid, 1e-30F), 2.0F);
+  const float by_ratio = (LeftOut::growth_ratio + LeftOut::depth_growth_ratio * depth) * ratio;
+  return LeftOut::depth_cubed * depth * depth * depth + growth * (LeftOut::depth_growth * depth + by_ratio);
+}
 
 // What a cell shows of the transfer function: its pieces first .. last, over the scalar's range.
 struct Look {
@@ -58,10 +77,7 @@ struct Look {
   }
 
  private:
-  // One line of extinction. The colour's bends are weighted with the light that comes from their ends of a fragment:
-  // its mean, its tilt and, where there are several, its bow. Without the bow, what is left out is at most 1/192 of
-  // change * bend * (depth^2 / 2 + 3/2 growth) for each unit of opacity; with it, a tenth of that at the depths
-  // allowed.
+  // One line of extinction.
   Care straightCare(float length) const {
     const Piece& p = pieces[first];
     const float a = p.extinction + p.extinction_slope * (lo - p.anchor);
@@ -69,20 +85,24 @@ struct Look {
     const float depth = std::max(a, b) * length;
     if (!(depth < deep_depth)) return Care::full;
     const float bend = (hi - lo) * (pieces[last].bent - p.bent);
-    const float growth = std::abs(a - b) * length;
-    const float left_out = bend * (0.5F * depth * depth + 1.5F * growth);
-    if (!(bend <= most_bend && left_out <= bowed_left_out)) return Care::full;
+    const float slope = std::abs(a - b);
+    const float growth = slope * length;
+    const bool bowed = bend * bowLeftOut(depth, growth, slope, 0.5F * (a + b)) <= bend_left_out;
+    if (!(bend <= most_bend && bowed)) return Care::full;
     if (!(depth < thin_depth && growth < thin_growth)) return Care::long_bends;
     if (first == last) return Care::none;
-    return last - first == 1 && left_out <= flat_left_out ? Care::bend : Care::bends;
+    return last - first == 1 && bend * tiltLeftOut(depth, growth) <= bend_left_out ? Care::bend : Care::bends;
   }
 };
 
 // What shades a tetrahedron's fragments: its care, with a number of bends of its own where they are few, so that no
-// branch depends on a fragment. Small cells (native_small-inl.h) come first, straight and with one bend.
+// branch depends on a fragment. Small cells (native_small-inl.h) come first.
 enum class Kind : std::int32_t {
   small,
-  small_bend,
+  small_bends1,
+  small_bends2,
+  small_bends3,
+  small_bends4,
   none,
   bend,
   bends1,
@@ -171,7 +191,8 @@ struct CellBatch {
   alignas(64) PerCell<float> half_per_middle;  // half of 1 / middle in perspective, of 1 in a parallel view
   alignas(64) PerCell<float> lo, hi;           // range of the scalar
   alignas(64) PerCell<std::int32_t> first_piece, last_piece;
-  alignas(64) PerCell<float> thickness;  // in depth, at most
+  alignas(64) PerCell<float> thickness;  // in depth
+  alignas(64) PerCell<float> chord;      // depth that a ray gains in the cell, at most
   // Blocks of pixels that the cell's box touches, first and last; x0 > x1 where there are none. Of these, those with
   // pixels on the inner side of every line that bounds the cell on the screen: a bit each, the lower half first.
   alignas(64) PerCell<std::int32_t> block_x0, block_x1, block_y0, block_y1;

@@ -86,9 +86,15 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, s
   };
   switch (batch.kind[i]) {
     case Kind::small:
-      return paint(std::type_identity<SmallShading<Parallel, false>>());
-    case Kind::small_bend:
-      return paint(std::type_identity<SmallShading<Parallel, true>>());
+      return paint(std::type_identity<SmallShading<Parallel, 0>>());
+    case Kind::small_bends1:
+      return paint(std::type_identity<SmallShading<Parallel, 1>>());
+    case Kind::small_bends2:
+      return paint(std::type_identity<SmallShading<Parallel, 2>>());
+    case Kind::small_bends3:
+      return paint(std::type_identity<SmallShading<Parallel, 3>>());
+    case Kind::small_bends4:
+      return paint(std::type_identity<SmallShading<Parallel, 4>>());
     case Kind::none:
       return by(std::type_identity<Shader<Care::none>>());
     case Kind::bend:
@@ -247,9 +253,12 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
     case Kind::small:
     case Kind::none:
       return collectCell<Parallel, Care::none>(view, batch, i, n, wanted, pixels, scratch, out);
-    case Kind::small_bend:
     case Kind::bend:
       return collectCell<Parallel, Care::bend>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Kind::small_bends1:
+    case Kind::small_bends2:
+    case Kind::small_bends3:
+    case Kind::small_bends4:
     case Kind::bends1:
     case Kind::bends2:
     case Kind::bends3:

@@ -31,6 +31,20 @@ HWY_INLINE VF pieceNumber(const Piece* pieces, hn::Vec<DIF> piece, std::size_t o
   return hn::GatherIndex(DF(), reinterpret_cast<const float*>(pieces) + offset / sizeof(float), index);
 }
 
+// See native_batch.h.
+HWY_INLINE VF tiltLeftOut(VF depth, VF growth) {
+  const DF d;
+  return hn::MulAdd(hn::Mul(depth, depth), hn::Set(d, LeftOut::depth_squared),
+                    hn::Mul(growth, hn::Set(d, LeftOut::growth)));
+}
+HWY_INLINE VF bowLeftOut(VF depth, VF growth, VF change, VF amid) {
+  const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
+  const VF ratio = hn::Min(hn::Div(change, hn::Max(amid, set(1e-30F))), set(2.0F));
+  const VF by_ratio = hn::Mul(hn::MulAdd(set(LeftOut::depth_growth_ratio), depth, set(LeftOut::growth_ratio)), ratio);
+  const VF by_growth = hn::Mul(growth, hn::MulAdd(set(LeftOut::depth_growth), depth, by_ratio));
+  return hn::MulAdd(hn::Mul(hn::Mul(depth, depth), depth), set(LeftOut::depth_cubed), by_growth);
+}
+
 // Look (see native_batch.h) of the cells from i on, as if extinction were the line of their first piece.
 struct Looks {
   hn::Vec<DIF> bends;      // joints of pieces within the cell's range

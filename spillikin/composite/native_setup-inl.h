@@ -99,9 +99,16 @@ HWY_INLINE void storeHalf(const VD& v, float* out) {
   hn::Store(hn::DemoteTo(dh, v), dh, out);
 }
 
-// The plane of face `k` through corner `a` with normal `n`; returns where its canonical side is the positive one.
-HWY_INLINE MD setFace(const TileView& view, const Vec3D& n, const Vec3D& a, std::size_t k, std::size_t i,
-                      CellBatch& batch) {
+// Of a face, where its canonical side is the positive one, and twice its area on the screen: in perspective, that times
+// the depths of its corners.
+struct FaceSide {
+  MD positive;
+  VD area;
+};
+
+// The plane of face `k` through corner `a` with normal `n`.
+HWY_INLINE FaceSide setFace(const TileView& view, const Vec3D& n, const Vec3D& a, std::size_t k, std::size_t i,
+                            CellBatch& batch) {
   const DD d;
   const Depths& depths = view.screen->depths();
   const VD size = hn::Set(d, static_cast<double>(tile_size));
@@ -124,7 +131,16 @@ HWY_INLINE MD setFace(const TileView& view, const Vec3D& n, const Vec3D& a, std:
   hn::Store(k == 0 ? slope : hn::Max(slope, hn::Load(dh, batch.slope + i)), dh, batch.slope + i);
   const VD z = hn::Mul(constant, inverse);
   storeHalf(depths.parallel ? z : hn::Sub(z, hn::Set(d, depths.z0)), batch.face[k][2] + i);
-  return positive;
+  return {positive, hn::Abs(pivot)};
+}
+
+// The most nearness between the ends of a fragment, for its planes' rounding too: over the cell's outline the extent
+// rises to one ray as a pyramid does from its base, so that it is three times its mean there.
+HWY_INLINE VD longestExtent(VD volume, VD outline, std::size_t i, const CellBatch& batch) {
+  const DD d;
+  const VD slope = hn::PromoteTo(d, hn::Load(DH(), batch.slope + i));
+  const VD rounding = hn::Mul(slope, hn::Set(d, static_cast<double>(float_rounding)));
+  return hn::Add(hn::Div(hn::Abs(volume), hn::Max(outline, hn::Set(d, 1e-300))), rounding);
 }
 
 // Pixels to blocks: those with a centre in [lo, hi], with a margin for float's rounding of the projection.
@@ -226,6 +242,21 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
+// By how much the scalar changes along a ray in the cells from i on, at most: steepness (see CellBatch) is what the
+// scalar at any depth is above the apex, times middle over that depth.
+HWY_INLINE VF changeAlongRays(const CellBatch& batch, std::size_t i) {
+  const DF d;
+  const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
+  const VF chord = load(batch.chord), apex = load(batch.apex);
+  if (batch.parallel) return hn::Mul(hn::Abs(apex), chord);
+  const VF steep = hn::Max(hn::Abs(hn::Sub(load(batch.lo), apex)), hn::Abs(hn::Sub(load(batch.hi), apex)));
+  const VF half_per_middle = load(batch.half_per_middle);
+  // The front's depth over the middle's; 0 where the eye's plane runs through the cell.
+  const VF front = hn::NegMulAdd(load(batch.thickness), half_per_middle, hn::Set(d, 1.0F));
+  const VF per_middle = hn::Add(half_per_middle, half_per_middle);
+  return hn::Div(hn::Mul(hn::Mul(steep, chord), per_middle), hn::Max(front, hn::Set(d, 1e-30F)));
+}
+
 // The kinds of the cells from i on as kindOf() and Look::care() have them, where extinction is one line over the cell
 // and that is enough to tell; `decided` says where. `length` is a cell's along a ray, at most.
 HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size_t i, CellBatch& batch,
@@ -233,13 +264,15 @@ HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size
   const DF d;
   const DIF di;
   const Looks looks(view.screen->pieces().data(), batch, i);
+  const VF change = hn::Min(looks.range, changeAlongRays(batch, i));
   const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
-  const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_lo, looks.at_hi)), length);
-  const VF bend = hn::Mul(looks.range, looks.bend);
-  const VF spread = hn::MulAdd(hn::Mul(hn::Set(d, 0.5F), depth), depth, hn::Mul(hn::Set(d, 1.5F), growth));
-  const VF left_out = hn::Mul(bend, spread);
+  const VF slope = hn::Mul(hn::Abs(looks.extinction_slope), change);
+  const VF growth = hn::Mul(slope, length);
+  const VF bend = hn::Mul(change, looks.bend);
+  const VF least = hn::MulAdd(slope, hn::Set(d, 0.5F), hn::Min(looks.at_lo, looks.at_hi));
+  const VF left_out = hn::Mul(bend, bowLeftOut(depth, growth, slope, least));
   decided = hn::And(hn::And(hn::RebindMask(d, looks.straight), hn::Lt(depth, hn::Set(d, deep_depth))),
-                    hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bowed_left_out))));
+                    hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bend_left_out))));
 
   const auto number = [&](Kind kind) HWY_ATTR { return hn::Set(di, static_cast<std::int32_t>(kind)); };
   const auto some = hn::Gt(looks.bends, hn::Set(di, few_bends));
@@ -247,11 +280,12 @@ HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size
                            HWY_ATTR { return hn::IfThenElse(some, number(many), hn::Add(looks.bends, number(none))); };
   const auto one = hn::Eq(looks.bends, hn::Set(di, 1));
   const auto none = hn::Eq(looks.bends, hn::Zero(di));
-  const auto flat = hn::And(one, hn::RebindMask(di, hn::Le(left_out, hn::Set(d, flat_left_out))));
-  const auto small = hn::RebindMask(di, setSmall(view, looks, length, i, batch));
+  const VF tilted = hn::Mul(bend, tiltLeftOut(depth, growth));
+  const auto flat = hn::And(one, hn::RebindMask(di, hn::Le(tilted, hn::Set(d, bend_left_out))));
+  const auto small = hn::AndNot(some, hn::RebindMask(di, setSmall(view, looks, length, change, i, batch)));
   auto thin = hn::IfThenElse(flat, number(Kind::bend), counted(Kind::bend, Kind::bends));
-  thin = hn::IfThenElse(hn::And(small, one), number(Kind::small_bend), thin);
-  thin = hn::IfThenElse(none, hn::IfThenElse(small, number(Kind::small), number(Kind::none)), thin);
+  thin = hn::IfThenElse(none, number(Kind::none), thin);
+  thin = hn::IfThenElse(small, hn::Add(looks.bends, number(Kind::small)), thin);
   const auto is_thin = hn::And(hn::Lt(depth, hn::Set(d, thin_depth)), hn::Lt(growth, hn::Set(d, thin_growth)));
   return hn::IfThenElse(hn::RebindMask(di, is_thin), thin, counted(Kind::long0, Kind::longs));
 }
@@ -275,7 +309,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     VF steepest = hn::Set(d, view.steepest);
     if (view.relative) steepest = hn::Mul(hn::Add(steepest, steepest), load(batch.half_per_middle));
     const auto flat_on = hn::Le(load(batch.slope), steepest);
-    const VF length = hn::Mul(load(batch.thickness), hn::Set(d, view.longest));
+    const VF length = hn::Mul(load(batch.chord), hn::Set(d, view.longest));
     hn::Mask<DF> decided;
     auto kind = straightKinds(view, length, i, batch, decided);
     kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, hn::Set(di, static_cast<std::int32_t>(Kind::full)));
@@ -288,7 +322,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     unsigned others = view.peaks ? 0 : maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));
     for (; HWY_UNLIKELY(others != 0); others &= others - 1) {
       const std::size_t c = i + static_cast<std::size_t>(std::countr_zero(others));
-      const Care care = batch.look(pieces, c).care(batch.thickness[c] * view.longest, true);
+      const Care care = batch.look(pieces, c).care(batch.chord[c] * view.longest, true);
       batch.kind[c] = kindOf(care, batch.last_piece[c] - batch.first_piece[c]);
     }
   }
@@ -327,10 +361,10 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
     // Outward is along n0 and n2, against n1 and n3, the other way round where the ids' order turned the cell over.
     const MD odd =
         hn::MaskFromVec(hn::BitCast(d, hn::PromoteTo(hn::RebindToSigned<DD>(), hn::Load(di, batch.odd + i))));
-    const MD leaves0 = hn::Xor(setFace(view, n0, c[1].p, 0, i, batch), odd);
-    const MD enters1 = hn::Xor(setFace(view, n1, c[0].p, 1, i, batch), odd);
-    const MD leaves2 = hn::Xor(setFace(view, n2, c[0].p, 2, i, batch), odd);
-    const MD enters3 = hn::Xor(setFace(view, n3, c[0].p, 3, i, batch), odd);
+    const FaceSide side0 = setFace(view, n0, c[1].p, 0, i, batch), side1 = setFace(view, n1, c[0].p, 1, i, batch);
+    const FaceSide side2 = setFace(view, n2, c[0].p, 2, i, batch), side3 = setFace(view, n3, c[0].p, 3, i, batch);
+    const MD leaves0 = hn::Xor(side0.positive, odd), enters1 = hn::Xor(side1.positive, odd);
+    const MD leaves2 = hn::Xor(side2.positive, odd), enters3 = hn::Xor(side3.positive, odd);
     const VD code01 =
         hn::Add(hn::IfThenElseZero(leaves0, hn::Set(d, 1.0)), hn::IfThenZeroElse(enters1, hn::Set(d, 2.0)));
     const VD code23 =
@@ -342,12 +376,20 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
     setExtent(view, c, depth_lo, i, batch);
     setRange(c, i, batch);
     const VD volume = dot(n3, e3);
+    const auto areaOf = [&](std::size_t k, const FaceSide& side)
+                            HWY_ATTR { return batch.parallel ? side.area : hn::Mul(side.area, c[k].w); };
+    const VD outline =
+        hn::Add(hn::Add(hn::IfThenZeroElse(leaves0, areaOf(0, side0)), hn::IfThenElseZero(enters1, areaOf(1, side1))),
+                hn::Add(hn::IfThenZeroElse(leaves2, areaOf(2, side2)), hn::IfThenElseZero(enters3, areaOf(3, side3))));
+    const VD extent = longestExtent(volume, outline, i, batch);
     if (batch.parallel) {
       const VD middle = hn::Sub(hn::Mul(hn::Add(depth_lo, depth_hi), hn::Set(d, 0.5)), hn::Set(d, screen.depths().z0));
       setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
       storeHalf(hn::Neg(middle), batch.middle_nearness + i);
       storeHalf(hn::Set(d, 0.5), batch.half_per_middle + i);
-      storeHalf(hn::Sub(depth_hi, depth_lo), batch.thickness + i);
+      const VD thickness = hn::Sub(depth_hi, depth_lo);
+      storeHalf(thickness, batch.thickness + i);
+      storeHalf(hn::Min(extent, thickness), batch.chord + i);
     } else {
       const VD front = hn::Max(depth_lo, hn::Zero(d));
       const VD middle = hn::Mul(hn::Add(front, depth_hi), hn::Set(d, 0.5));
@@ -355,7 +397,10 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
       setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
       storeHalf(hn::Sub(per_middle, hn::Set(d, screen.depths().z0)), batch.middle_nearness + i);
       storeHalf(hn::Mul(per_middle, hn::Set(d, 0.5)), batch.half_per_middle + i);
-      storeHalf(hn::Sub(depth_hi, front), batch.thickness + i);
+      const VD thickness = hn::Sub(depth_hi, front);
+      const VD chord = hn::Min(hn::Mul(hn::Mul(extent, depth_hi), depth_hi), thickness);
+      storeHalf(thickness, batch.thickness + i);
+      storeHalf(hn::IfThenElse(hn::Gt(depth_lo, hn::Zero(d)), chord, thickness), batch.chord + i);
     }
   }
   for (std::size_t i = 0; i < cells.size(); i += hn::Lanes(DF()))

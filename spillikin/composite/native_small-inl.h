@@ -39,27 +39,29 @@ constexpr float small_left_out = 4e-4F;
 constexpr float small_relative_depth = 0.05F;
 
 // Whether the series leave out little enough of cells of such a depth as a share of their distance. `length` is a
-// cell's along a ray, at most, and per_amid one over its extinction amid its range.
-HWY_INLINE hn::Mask<DF> isSmall(const Looks& looks, VF length, VF per_amid, VF relative) {
+// cell's along a ray and `change` the scalar's, at most, and per_amid one over its extinction amid its range.
+HWY_INLINE hn::Mask<DF> isSmall(const Looks& looks, VF length, VF change, VF per_amid, VF relative) {
   const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
-  const VF growth = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
+  const VF spread = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
+  const VF growth = hn::Mul(hn::Abs(hn::Mul(change, looks.extinction_slope)), per_amid);
   const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
   // Of a colour on a line, what comes of the series' cubes, of taking the middle's extinction for a fragment's, and of
   // the fading's own square; of a bend, its tilt and bow where part of a fragment lies beyond it.
-  const VF mixed = hn::Mul(depth, hn::Add(growth, relative));
+  const VF mixed = hn::Mul(depth, hn::Add(spread, relative));
   const VF line =
-      hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, hn::Mul(growth, growth)), set(1.0F / 24)));
+      hn::MulAdd(relative, relative, hn::Mul(hn::MulAdd(set(2.0F), mixed, hn::Mul(growth, spread)), set(1.0F / 24)));
   const VF tilts = hn::Mul(hn::Add(growth, depth), set(0.01F));
   const VF bows = hn::Mul(hn::Mul(depth, hn::MulAdd(set(3.0F), growth, depth)), set(1.0F / 384));
   const VF bends = hn::Mul(looks.bend, hn::Add(tilts, bows));
-  const VF left_out = hn::Mul(looks.range, hn::MulAdd(looks.steepest, line, bends));
+  const VF left_out = hn::Mul(change, hn::MulAdd(looks.steepest, line, bends));
   return hn::And(hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth))),
-                 hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(growth, set(1.0F))));
+                 hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(spread, set(1.0F))));
 }
 
 // Sets the series of the cells from i on, as SmallShading takes them. Returns those that are small: for all others the
 // numbers mean nothing. `length` is a cell's along a ray, at most.
-HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF length, std::size_t i, CellBatch& batch) {
+HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF length, VF change, std::size_t i,
+                                 CellBatch& batch) {
   const DF d;
   const DIF di;
   const auto set = [&](float v) HWY_ATTR { return hn::Set(d, v); };
@@ -108,11 +110,11 @@ HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF le
   const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
   hn::Store(hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), half_of_scalar), d, batch.shift + i);
 
-  return isSmall(looks, length, per_amid, relative);
+  return isSmall(looks, length, change, per_amid, relative);
 }
 
-// Blends the fragments of a small cell, straight or with one bend.
-template <bool Parallel, bool bent>
+// Blends the fragments of a small cell, over so many bends of the colour.
+template <bool Parallel, int bends>
 class SmallShading {
  public:
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
@@ -152,30 +154,35 @@ class SmallShading {
     wide::store(wide::Sub(light, a), pixels.light.data(), first);
     const V value = wide::MulAdd(squared, shift_, mean);
     const V tint = wide::IfThenElseZero(inside, wide::Mul(value, a));
-    V weight = a;
-    if constexpr (bent) {
+    const auto load = [&](const auto& channel) HWY_ATTR { return wide::load(channel.data(), first); };
+    const auto add = [](const V& sum_of, const VF& color, const V& weight)
+                         HWY_ATTR { return wide::MulAdd(color, weight, sum_of); };
+    V red = add(add(load(pixels.red), piece_.red_slope, tint), piece_.red, a);
+    V green = add(add(load(pixels.green), piece_.green_slope, tint), piece_.green, a);
+    V blue = add(add(load(pixels.blue), piece_.blue_slope, tint), piece_.blue, a);
+    if constexpr (bends > 0) {
       const V half = wide::Max(wide::Abs(wide::Mul(wide::Mul(steep, per_middle_), length)), hn::Set(d, 1.25e-7F));
-      const V above = wide::Sub(wide::Add(value, half), end_);
-      // How much of the fragment lies beyond the bend, and by how much there (see Ramps).
-      const V share =
-          wide::Min(wide::Max(wide::Mul(above, wide::ApproximateReciprocal(wide::Add(half, half))), hn::Zero(d)),
-                    hn::Set(d, 1.0F));
-      const V beyond = wide::Mul(share, wide::NegMulAdd(share, half, above));
-      weight = wide::IfThenElseZero(inside, wide::Mul(beyond, a));
+      const V hi = wide::Add(value, half);
+      const V per_change = wide::ApproximateReciprocal(wide::Add(half, half));
+      for (int k = 0; k < bends; ++k) {
+        // How much of the fragment lies beyond the bend, and by how much there (see Ramps).
+        const Piece& p = pieces_[k];
+        const V above = wide::Sub(hi, hn::Set(d, p.end - pieces_->anchor));
+        const V share = wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(d)), hn::Set(d, 1.0F));
+        const V beyond = wide::Mul(share, wide::NegMulAdd(share, half, above));
+        const V weight = wide::IfThenElseZero(inside, wide::Mul(beyond, a));
+        red = add(red, hn::Set(d, p.kink[0]), weight);
+        green = add(green, hn::Set(d, p.kink[1]), weight);
+        blue = add(blue, hn::Set(d, p.kink[2]), weight);
+      }
     }
-    const auto add = [&](auto& channel, const VF& color, const VF& slope, const VF& kink) HWY_ATTR {
-      V sum_of = wide::MulAdd(slope, tint, wide::load(channel.data(), first));
-      sum_of = wide::MulAdd(color, a, sum_of);
-      if constexpr (bent) sum_of = wide::MulAdd(kink, weight, sum_of);
-      wide::store(sum_of, channel.data(), first);
-    };
-    add(pixels.red, piece_.red, piece_.red_slope, kink_[0]);
-    add(pixels.green, piece_.green, piece_.green_slope, kink_[1]);
-    add(pixels.blue, piece_.blue, piece_.blue_slope, kink_[2]);
+    wide::store(red, pixels.red.data(), first);
+    wide::store(green, pixels.green.data(), first);
+    wide::store(blue, pixels.blue.data(), first);
   }
 
  private:
-  HWY_INLINE SmallShading(const CellBatch& batch, std::size_t i, const Piece& piece) : piece_(piece) {
+  HWY_INLINE SmallShading(const CellBatch& batch, std::size_t i, const Piece& piece) : piece_(piece), pieces_(&piece) {
     const DF d;
     x_ = hn::Set(d, batch.at[0][i]);
     y_ = hn::Set(d, batch.at[1][i]);
@@ -184,16 +191,15 @@ class SmallShading {
     for (std::size_t k = 0; k < 3; ++k) {
       turn_[k] = hn::Set(d, batch.turn[k][i]);
       depth_[k] = hn::Set(d, batch.depth[k][i]);
-      kink_[k] = hn::Set(d, piece.kink[k]);
     }
     depth_square_ = hn::Set(d, batch.depth_square[i]);
     shift_ = hn::Set(d, batch.shift[i]);
     per_middle_ = hn::Set(d, batch.half_per_middle[i]);
-    end_ = hn::Set(d, piece.end - piece.anchor);
   }
 
   PieceV piece_;
-  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, end_, kink_[3], least_;
+  const Piece* pieces_;
+  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, least_;
 };
 
 }  // namespace

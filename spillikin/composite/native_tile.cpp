@@ -58,8 +58,7 @@ void TilePainter::begin(const Screen& screen, const Box& window) {
 // Depths relative to the middle of the mesh err by a share of its extent, plain inverse depths by a share of
 // themselves.
 void TilePainter::setView() {
-  constexpr float edge_on_slope = 4e3F;    // where float leaves a thousandth of the mesh's depth unknown
-  constexpr float float_rounding = 4e-7F;  // a few units in the last place
+  constexpr float edge_on_slope = 4e3F;  // where float leaves a thousandth of the mesh's depth unknown
   const Depths& depths = screen_->depths();
   const double farthest = std::max(std::abs(depths.lo), std::abs(depths.hi));
   const bool relative = !depths.parallel && depths.z0 == 0.0;

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "spillikin/composite/native_looks-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
 #include "spillikin/composite/native_walk_kernel.h"
 
@@ -112,8 +113,9 @@ class WalkShader {
     const VF zero = hn::Zero(d), a_half = hn::Set(d, 0.5F);
     const VF mean = hn::Mul(hn::Add(s.from, s.to), a_half), half = hn::Mul(hn::Sub(s.to, s.from), a_half);
     const VF slope = hn::Set(d, pieces_.extinction_slope[0]);
-    const VF depth = hn::Mul(
-        s.length, hn::MulAdd(slope, hn::Sub(mean, hn::Set(d, pieces_.anchor[0])), hn::Set(d, pieces_.extinction[0])));
+    const VF extinction =
+        hn::MulAdd(slope, hn::Sub(mean, hn::Set(d, pieces_.anchor[0])), hn::Set(d, pieces_.extinction[0]));
+    const VF depth = hn::Mul(s.length, extinction);
     const VF growth = hn::Mul(hn::Mul(s.length, hn::Add(slope, slope)), half);
     const VF most = hn::Max(hn::MulAdd(hn::Abs(growth), a_half, depth), hn::Abs(growth));
     VF alpha, skew;
@@ -129,7 +131,7 @@ class WalkShader {
     const VI low = hn::Min(s.first, s.last), high = hn::Max(s.first, s.last);
     const auto bent = hn::Lt(low, high);
     const bool bends = !hn::AllFalse(di, bent);
-    if (bends && !fewBends(low, high, half, depth, growth)) return false;
+    if (bends && !fewBends(low, high, half, extinction, depth, growth)) return false;
 
     const VF a = hn::Mul(light_, alpha), tilt = hn::Mul(light_, hn::Mul(half, skew));
     light_ = hn::Sub(light_, a);
@@ -140,14 +142,14 @@ class WalkShader {
   }
 
   // Whether bends may be weighted with the mean, the tilt and the bow of the light (see Look).
-  HWY_INLINE bool fewBends(VI low, VI high, VF half, VF depth, VF growth) const {
+  HWY_INLINE bool fewBends(VI low, VI high, VF half, VF amid, VF depth, VF growth) const {
     const DF d;
     const Lookup<in_register> at_low(low), at_high(high);
     const VF change = hn::Abs(hn::Add(half, half));
     const VF bend = hn::Mul(change, hn::Sub(at_high(pieces_.bent), at_low(pieces_.bent)));
-    const VF part = hn::MulAdd(hn::Mul(hn::Set(d, 0.5F), depth), depth, hn::Mul(hn::Set(d, 1.5F), hn::Abs(growth)));
-    const VF left_out = hn::Mul(bend, part);
-    return hn::AllTrue(d, hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bowed_left_out))));
+    const VF slope = hn::Mul(hn::Abs(hn::Set(d, pieces_.extinction_slope[0])), change);
+    const VF left_out = hn::Mul(bend, bowLeftOut(depth, hn::Abs(growth), slope, amid));
+    return hn::AllTrue(d, hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bend_left_out))));
   }
 
   HWY_INLINE void addLine(const Lookup<in_register>& at, VF a, VF tint) {
