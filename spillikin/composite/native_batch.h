@@ -40,10 +40,10 @@ struct LeftOut {
   static constexpr float depth_cubed = 1.2e-4F, depth_growth = 5.8e-4F, growth_ratio = 2.4e-4F,
                          depth_growth_ratio = 1.2e-4F;
 };
-inline float tiltLeftOut(float depth, float growth) {
+constexpr float tiltLeftOut(float depth, float growth) {
   return LeftOut::depth_squared * depth * depth + LeftOut::growth * growth;
 }
-inline float bowLeftOut(float depth, float growth, float change, float amid) {
+constexpr float bowLeftOut(float depth, float growth, float change, float amid) {
   const float ratio = std::min(change / std::max(amid, 1e-30F), 2.0F);
   const float by_ratio = (LeftOut::growth_ratio + LeftOut::depth_growth_ratio * depth) * ratio;
   return LeftOut::depth_cubed * depth * depth * depth + growth * (LeftOut::depth_growth * depth + by_ratio);
@@ -84,13 +84,14 @@ struct Look {
     const float b = p.extinction + p.extinction_slope * (hi - p.anchor);
     const float depth = std::max(a, b) * length;
     if (!(depth < deep_depth)) return Care::full;
+    const float change = std::abs(a - b);
+    const float growth = change * length;
+    const bool thin = depth < thin_depth && growth < thin_growth;
+    if (first == last) return thin ? Care::none : Care::long_bends;
     const float bend = (hi - lo) * (pieces[last].bent - p.bent);
-    const float slope = std::abs(a - b);
-    const float growth = slope * length;
-    const bool bowed = bend * bowLeftOut(depth, growth, slope, 0.5F * (a + b)) <= bend_left_out;
-    if (!(bend <= most_bend && bowed)) return Care::full;
-    if (!(depth < thin_depth && growth < thin_growth)) return Care::long_bends;
-    if (first == last) return Care::none;
+    const float left_out = bend * bowLeftOut(depth, growth, change, 0.5F * (a + b));
+    if (!(bend <= most_bend && left_out <= bend_left_out)) return Care::full;
+    if (!thin) return Care::long_bends;
     return last - first == 1 && bend * tiltLeftOut(depth, growth) <= bend_left_out ? Care::bend : Care::bends;
   }
 };

@@ -125,6 +125,19 @@ void PieceTable::set(const Screen& screen) {
     fill(color_slope[c], [c](const Piece& p) { return p.color_slope[c]; });
     fill(kink[c], [c](const Piece& p) { return p.kink[c]; });
   }
+  setBendLimits();
+}
+
+void PieceTable::setBendLimits() {
+  float largest = 0.0F;
+  for (std::int32_t k = 1; k < count; ++k)
+    largest = std::max(largest, bent[static_cast<std::size_t>(k)] - bent[static_cast<std::size_t>(k - 1)]);
+  const float all = bent[static_cast<std::size_t>(count - 1)] - bent[0];
+  // Half of what the scalar may change by, so that such bends leave out little enough of the thinnest series'
+  // fragments.
+  const auto half = [](float bend, float left_out) { return 0.5F * bend_left_out / (bend * left_out); };
+  one_bend_half = half(largest, tiltLeftOut(thin_depth, thin_growth));
+  few_bends_half = half(all, bowLeftOut(thin_depth, thin_growth, 2.0F, 1.0F));
 }
 
 // Composites tiles one after the other; one per thread.

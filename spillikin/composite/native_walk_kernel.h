@@ -44,6 +44,12 @@ class PieceTable {
   bool jumps = false;     // some piece does not begin as the one before it ends
   std::vector<float> begin, end, anchor, extinction, extinction_slope, bent;  // begin of the first: below everything
   std::array<std::vector<float>, 3> color, color_slope, kink;
+  // Half of the scalar's change along an optically thin fragment, up to which one bend needs no look at the light's
+  // bow, and up to which all of them may be weighted with it (see bowLeftOut).
+  float one_bend_half = 0.0F, few_bends_half = 0.0F;
+
+ private:
+  void setBendLimits();
 };
 
 // What the rays of a frame walk on.

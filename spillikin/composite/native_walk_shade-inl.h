@@ -61,17 +61,14 @@ template <bool in_register>
 HWY_INLINE VI pieceFrom(const PieceTable& pieces, VI piece, VF scalar) {
   const DI di;
   const VI one = hn::Set(di, 1);
-  const auto beyond = [&]() HWY_ATTR {
-    return hn::RebindMask(di, hn::Ge(scalar, Lookup<in_register>(piece)(pieces.end)));
-  };
-  const auto before = [&]() HWY_ATTR {
-    return hn::RebindMask(di, hn::Lt(scalar, Lookup<in_register>(piece)(pieces.begin)));
-  };
-  for (auto up = beyond(); !hn::AllFalse(di, up); up = beyond())
+  for (;;) {
+    const Lookup<in_register> at(piece);
+    const auto up = hn::RebindMask(di, hn::Ge(scalar, at(pieces.end)));
+    const auto down = hn::RebindMask(di, hn::Lt(scalar, at(pieces.begin)));
+    if (hn::AllFalse(di, hn::Or(up, down))) return piece;
     piece = hn::Add(piece, hn::IfThenElseZero(up, one));
-  for (auto down = before(); !hn::AllFalse(di, down); down = before())
     piece = hn::Sub(piece, hn::IfThenElseZero(down, one));
-  return piece;
+  }
 }
 
 // A step of every ray: from where to where, through which pieces.
@@ -109,7 +106,6 @@ class WalkShader {
   // more.
   HWY_INLINE bool addStraight(const Stretch& s) {
     const DF d;
-    const DI di;
     const VF zero = hn::Zero(d), a_half = hn::Set(d, 0.5F);
     const VF mean = hn::Mul(hn::Add(s.from, s.to), a_half), half = hn::Mul(hn::Sub(s.to, s.from), a_half);
     const VF slope = hn::Set(d, pieces_.extinction_slope[0]);
@@ -120,7 +116,8 @@ class WalkShader {
     const VF most = hn::Max(hn::MulAdd(hn::Abs(growth), a_half, depth), hn::Abs(growth));
     VF alpha, skew;
     static_assert(thin_depth == thin_growth);
-    if (hn::AllTrue(d, hn::Lt(most, hn::Set(d, thin_depth)))) {
+    const bool thin = hn::AllTrue(d, hn::Lt(most, hn::Set(d, thin_depth)));
+    if (thin) {
       alpha = ShortSeries::alpha(depth);
       skew = ShortSeries::skew(depth, depth, growth, zero);
     } else {
@@ -129,16 +126,35 @@ class WalkShader {
       skew = ForwardSeries::skew(depth, depth, growth, zero);
     }
     const VI low = hn::Min(s.first, s.last), high = hn::Max(s.first, s.last);
-    const auto bent = hn::Lt(low, high);
-    const bool bends = !hn::AllFalse(di, bent);
-    if (bends && !fewBends(low, high, half, extinction, depth, growth)) return false;
+    const Bends bends = bendsOf(low, high, half, thin);
+    if (bends == Bends::many && !fewBends(low, high, half, extinction, depth, growth)) return false;
 
     const VF a = hn::Mul(light_, alpha), tilt = hn::Mul(light_, hn::Mul(half, skew));
     light_ = hn::Sub(light_, a);
     const Lookup<in_register> at(low);
     addLine(at, a, hn::MulAdd(hn::Sub(mean, at(pieces_.anchor)), a, tilt));
-    if (bends) addBends(low, high, {mean, half, s.length}, a, tilt, depth, growth);
+    if (bends == Bends::none) return true;
+    const Ramps<VF> ramps({mean, half, s.length}, a, tilt);
+    if (bends == Bends::one) {
+      addBend<false>(at, hn::Lt(low, high), ramps, zero);
+    } else {
+      addBends(low, high, ramps, ramps.bow(a, depth, growth));
+    }
     return true;
+  }
+
+  // What of bends a vector's fragments have: at most one each, and so little of it that the light's bow is not asked
+  // for; no more of them than the light's bow is good for; or so many that a closer look is wanted.
+  enum class Bends : std::uint8_t { none, one, few, many };
+  HWY_INLINE Bends bendsOf(VI low, VI high, VF half, bool thin) const {
+    const DF d;
+    const DI di;
+    if (hn::AllFalse(di, hn::Lt(low, high))) return Bends::none;
+    const VF size = hn::Abs(half);
+    const auto all = [&](float limit) HWY_ATTR { return hn::AllTrue(d, hn::Le(size, hn::Set(d, limit))); };
+    if (!thin || !all(pieces_.few_bends_half)) return Bends::many;
+    const bool once = hn::AllFalse(di, hn::Lt(hn::Add(low, hn::Set(di, 1)), high));
+    return once && all(pieces_.one_bend_half) ? Bends::one : Bends::few;
   }
 
   // Whether bends may be weighted with the mean, the tilt and the bow of the light (see Look).
@@ -158,18 +174,21 @@ class WalkShader {
     blue_ = hn::MulAdd(at(pieces_.color[2]), a, hn::MulAdd(at(pieces_.color_slope[2]), tint, blue_));
   }
 
+  // The joint behind each piece, of the rays that reach beyond it.
+  template <bool bowed>
+  HWY_INLINE void addBend(const Lookup<in_register>& at, hn::Mask<DI> bent, const Ramps<VF>& ramps, VF bow) {
+    const VF weight =
+        hn::IfThenElseZero(hn::RebindMask(DF(), bent), ramps.template weight<bowed>(at(pieces_.end), bow));
+    red_ = hn::MulAdd(at(pieces_.kink[0]), weight, red_);
+    green_ = hn::MulAdd(at(pieces_.kink[1]), weight, green_);
+    blue_ = hn::MulAdd(at(pieces_.kink[2]), weight, blue_);
+  }
+
   // The joints between pieces `low` and `high` of each ray, from the lowest on.
-  HWY_INLINE void addBends(VI low, VI high, const Segment& s, VF a, VF tilt, VF depth, VF growth) {
+  HWY_INLINE void addBends(VI low, VI high, const Ramps<VF>& ramps, VF bow) {
     const DI di;
-    const Ramps<VF> ramps(s, a, tilt);
-    const VF bow = ramps.bow(a, depth, growth);
     for (auto bent = hn::Lt(low, high); !hn::AllFalse(di, bent); bent = hn::Lt(low, high)) {
-      const Lookup<in_register> at(low);
-      const VF weight =
-          hn::IfThenElseZero(hn::RebindMask(DF(), bent), ramps.template weight<true>(at(pieces_.end), bow));
-      red_ = hn::MulAdd(at(pieces_.kink[0]), weight, red_);
-      green_ = hn::MulAdd(at(pieces_.kink[1]), weight, green_);
-      blue_ = hn::MulAdd(at(pieces_.kink[2]), weight, blue_);
+      addBend<true>(Lookup<in_register>(low), bent, ramps, bow);
       low = hn::Add(low, hn::IfThenElseZero(bent, hn::Set(di, 1)));
     }
   }
