@@ -58,7 +58,7 @@ TEST(CompositeNativeBends, WhatIsLeftOutIsBounded) {
   }
 }
 
-// The bounds are of use: where nothing but the depth counts, they are not far from what is left out.
+// The bounds are of use: amid the fragments that they are for, they are not far from what is left out.
 TEST(CompositeNativeBends, TheBoundsAreTight) {
   double tilt = 0.0, bow = 0.0;
   for (double bend = 0.02; bend < 1.0; bend += 0.02) {

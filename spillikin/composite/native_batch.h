@@ -12,7 +12,8 @@
 
 namespace spillikin::composite::native {
 
-inline constexpr float float_rounding = 4e-7F;  // a few units in the last place
+// A linear form of the pixel is off in float by less than this share of its terms: a few units in the last place.
+inline constexpr float float_rounding = 4e-7F;
 
 inline constexpr std::size_t batch_cells = 32;  // stays in the first level of cache beside the tile
 

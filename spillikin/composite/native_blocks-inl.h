@@ -42,14 +42,13 @@ struct LineV {
   // Where `entered` may lie before `left`, by the pixel of a block that is farthest on that side.
   HWY_INLINE LineV(const PlaneV& entered, const PlaneV& left) {
     const DF d;
-    // Nearness in float is off by less than this share of its terms anywhere in the tile.
-    constexpr float rounding = 4e-7F;
     constexpr float block = 4.0F, middle = 2.0F;  // in pixels
     const VF size = hn::Set(d, static_cast<float>(tile_size));
     const auto terms = [&](const PlaneV& p)
                            HWY_ATTR { return hn::MulAdd(size, hn::Add(hn::Abs(p.x), hn::Abs(p.y)), hn::Abs(p.t)); };
     const VF x = hn::Sub(entered.x, left.x), y = hn::Sub(entered.y, left.y), t = hn::Sub(entered.t, left.t);
-    const VF error = hn::MulAdd(hn::Set(d, rounding), hn::Add(terms(entered), terms(left)), hn::Set(d, 1e-30F));
+    // Of nearness, anywhere in the tile.
+    const VF error = hn::MulAdd(hn::Set(d, float_rounding), hn::Add(terms(entered), terms(left)), hn::Set(d, 1e-30F));
     const VF outermost = hn::Mul(hn::Set(d, block_reach), hn::Add(hn::Abs(x), hn::Abs(y)));
     // A line that runs along the rows is tilted by as much as rounding may.
     const VF steep = hn::Max(hn::Abs(x), hn::Mul(error, hn::Set(d, 1.0F / tile_size)));

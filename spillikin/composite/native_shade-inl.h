@@ -95,6 +95,16 @@ class Rays {
 template <Care care>
 class Shader;
 
+// What of a fragment lies beyond a bend of the colour: its share, and how far the scalar is beyond on the fragment's
+// average. The scalar's high end is `above` the bend and changes by twice `half` along the fragment.
+template <class V>
+struct Beyond {
+  V share, mean;
+  HWY_INLINE Beyond(const V& above, const V& half, const V& per_change)
+      : share(wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(DF())), hn::Set(DF(), 1.0F))),
+        mean(wide::Mul(share, wide::NegMulAdd(share, half, above))) {}
+};
+
 // What a bend of the colour at b adds to a fragment: the ramp max(s - b, 0), weighted with the light that comes from
 // each of its points. With v the share of the fragment above b, the ramp's mean is v times that over the share, its
 // part in the skew that a scalar linear along the fragment has is v^2 (3 - 2 v), and its second Legendre coefficient is
@@ -119,9 +129,7 @@ struct Ramps {
   template <bool bowed>
   HWY_INLINE V weight(VF at, const V& bow) const {
     const DF d;
-    const V above = wide::Sub(hi, at);
-    const V share = wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(d)), hn::Set(d, 1.0F));
-    const V mean = wide::Mul(share, wide::NegMulAdd(share, half, above));
+    const auto [share, mean] = Beyond<V>(wide::Sub(hi, at), half, per_change);
     const V lean = wide::Mul(wide::Mul(share, share), wide::NegMulAdd(hn::Set(d, 2.0F), share, hn::Set(d, 3.0F)));
     const V w = wide::MulAdd(mean, opacity, wide::Mul(tilt, lean));
     if constexpr (!bowed) return w;

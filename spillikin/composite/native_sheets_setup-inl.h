@@ -362,7 +362,8 @@ struct SheetReach {
   HWY_INLINE explicit SheetReach(const SheetCell& cell) {
     const DF d;
     // Float's rounding of a form anywhere in the tile, as a share of its terms.
-    const VF rounding = hn::Set(d, 4e-7F), reach = hn::Set(d, block_reach), size = hn::Set(d, float{tile_size});
+    const VF rounding = hn::Set(d, float_rounding), reach = hn::Set(d, block_reach),
+             size = hn::Set(d, float{tile_size});
     for (std::size_t k = 0; k < SheetCell::most; k += hn::Lanes(d)) {
       const auto load = [&](const float* values) HWY_ATTR { return hn::LoadU(d, values + k); };
       const auto slopeOf = [&](const SheetCell::Coefficient(&form)[3])
@@ -426,9 +427,10 @@ HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::Cel
   cell.look = {view.screen->pieces().data(), batch.first_piece[i], batch.last_piece[i], batch.lo[SheetBatch::scalar][i],
                batch.hi[SheetBatch::scalar][i]};
   // Where the rounding of a rate moves the scalar noticeably, it takes full care.
-  constexpr double float_rounding = 4e-7, noticeable = 0.02;
-  const FaceLimits limits{2.0 / double{near + far}, double{cell.look.hi - cell.look.lo} * noticeable /
-                                                        (float_rounding * (frame.parallel ? 1.0 : double{far}))};
+  constexpr double noticeable = 0.02;
+  const FaceLimits limits{2.0 / double{near + far},
+                          double{cell.look.hi - cell.look.lo} * noticeable /
+                              (double{float_rounding} * (frame.parallel ? 1.0 : double{far}))};
   const CornerSet corners(batch.at[i]);
   const FacetTable& table = frame.tables[static_cast<std::size_t>(type)];
   FaceBits bits;

@@ -165,12 +165,9 @@ class SmallShading {
       const V hi = wide::Add(value, half);
       const V per_change = wide::ApproximateReciprocal(wide::Add(half, half));
       for (int k = 0; k < bends; ++k) {
-        // How much of the fragment lies beyond the bend, and by how much there (see Ramps).
         const Piece& p = pieces_[k];
-        const V above = wide::Sub(hi, hn::Set(d, p.end - pieces_->anchor));
-        const V share = wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(d)), hn::Set(d, 1.0F));
-        const V beyond = wide::Mul(share, wide::NegMulAdd(share, half, above));
-        const V weight = wide::IfThenElseZero(inside, wide::Mul(beyond, a));
+        const Beyond<V> beyond(wide::Sub(hi, hn::Set(d, p.end - pieces_->anchor)), half, per_change);
+        const V weight = wide::IfThenElseZero(inside, wide::Mul(beyond.mean, a));
         red = add(red, hn::Set(d, p.kink[0]), weight);
         green = add(green, hn::Set(d, p.kink[1]), weight);
         blue = add(blue, hn::Set(d, p.kink[2]), weight);
