@@ -30,6 +30,8 @@ enum class Care : std::int32_t { none, bend, bends, long_bends, cut, cuts, deep,
 
 // What a colour's bends may leave out of a fragment's light: a twentieth of a display step.
 inline constexpr float bend_left_out = 2e-4F;
+// The same where a line or a parabola stands for a colour that bends: a quarter of a display step.
+inline constexpr float fit_left_out = 1e-3F;
 inline constexpr float most_bend = 8.0F;  // so that float keeps the differences of what the pieces give
 
 // What is left out of a bend's light at most, for each unit of opacity and of the bend times the scalar's change: where
@@ -77,6 +79,27 @@ struct Look {
     return first == last ? Care::none : last - first == 1 ? Care::cut : Care::cuts;
   }
 
+  // Where only the colour bends, once, and a line does for it: sets `line` to that and shows nothing else. `line` is to
+  // outlive the look.
+  void straighten(Piece& line) {
+    const Piece& p = pieces[first];
+    if (last - first != 1 || last > p.reach) return;
+    const float below = p.end - lo, above = hi - p.end, range = hi - lo;
+    // The line errs by `lift` times the bend at both ends and where it bends (see native_fit-inl.h).
+    const float lift = 0.5F * below * above / range;
+    const float bend = std::max({std::abs(p.kink[0]), std::abs(p.kink[1]), std::abs(p.kink[2])});
+    if (!(bend * lift <= fit_left_out)) return;
+    line = p;
+    const float share = above / range;
+    for (std::size_t c = 0; c < 3; ++c) {
+      line.color_slope[c] += share * p.kink[c];
+      line.color[c] += (lift - share * (p.end - p.anchor)) * p.kink[c];
+    }
+    line.reach = 0;
+    pieces = &line;
+    first = last = 0;
+  }
+
  private:
   // One line of extinction.
   Care straightCare(float length) const {
@@ -98,8 +121,12 @@ struct Look {
 };
 
 // What shades a tetrahedron's fragments: its care, with a number of bends of its own where they are few, so that no
-// branch depends on a fragment. Small cells (native_small-inl.h) come first.
+// branch depends on a fragment. Tiny cells (native_tiny-inl.h) and small ones (native_small-inl.h) come first.
 enum class Kind : std::int32_t {
+  tiny,
+  tiny_curved,
+  tiny_bend,
+  small_curved,
   small,
   small_bends1,
   small_bends2,
@@ -202,7 +229,12 @@ struct CellBatch {
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
   alignas(64) PerCell<float> slope;             // of nearness over the tile, on the steepest face
   alignas(64) PerCell<Kind> kind;
-  alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;  // of small cells, see native_small-inl.h
+  // Of small cells, see native_small-inl.h and, for the second line, native_tiny-inl.h.
+  alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;
+  alignas(64) PerCell<float> per_near, per_far, origin, tiny_depth[2], half_change;
+  // What small cells show, as functions of the scalar less `amid`, the middle of its range (see native_fit-inl.h).
+  alignas(64) PerCell<float> amid, extinction, extinction_slope;
+  alignas(64) PerCell<float> color[3], color_slope[3], color_curve[3];
 
   std::uint64_t blockBits(std::size_t i) const {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(blocks[1][i])) << 32U |

@@ -19,6 +19,7 @@
 #include "spillikin/composite/native_setup-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
 #include "spillikin/composite/native_small-inl.h"
+#include "spillikin/composite/native_tiny-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace spillikin::composite::native::HWY_NAMESPACE {
@@ -85,6 +86,14 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, s
     return paint(std::type_identity<Shading<Parallel, typename decltype(shader)::type>>());
   };
   switch (batch.kind[i]) {
+    case Kind::tiny:
+      return paint(std::type_identity<TinyShading<Run::line>>());
+    case Kind::tiny_curved:
+      return paint(std::type_identity<TinyShading<Run::parabola>>());
+    case Kind::tiny_bend:
+      return paint(std::type_identity<TinyShading<Run::bend>>());
+    case Kind::small_curved:
+      return paint(std::type_identity<SmallShading<Parallel, 0, true>>());
     case Kind::small:
       return paint(std::type_identity<SmallShading<Parallel, 0>>());
     case Kind::small_bends1:
@@ -250,11 +259,15 @@ template <bool Parallel>
 void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std::size_t n, const PixelMask& wanted,
                 const Pixels& pixels, KernelScratch& scratch, std::vector<Fragment>& out) {
   switch (batch.kind[i]) {
-    case Kind::small:
     case Kind::none:
       return collectCell<Parallel, Care::none>(view, batch, i, n, wanted, pixels, scratch, out);
     case Kind::bend:
       return collectCell<Parallel, Care::bend>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Kind::tiny:
+    case Kind::tiny_curved:
+    case Kind::tiny_bend:
+    case Kind::small_curved:
+    case Kind::small:
     case Kind::small_bends1:
     case Kind::small_bends2:
     case Kind::small_bends3:

@@ -23,13 +23,39 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using DIF = hn::RebindToSigned<DF>;
 
-// A number of the pieces of the transfer function, one piece for each lane.
-HWY_INLINE VF pieceNumber(const Piece* pieces, hn::Vec<DIF> piece, std::size_t offset) {
-  constexpr std::size_t stride = sizeof(Piece) / sizeof(float);
-  static_assert(sizeof(Piece) == stride * sizeof(float));
-  const auto index = hn::Mul(piece, hn::Set(DIF(), static_cast<std::int32_t>(stride)));
-  return hn::GatherIndex(DF(), reinterpret_cast<const float*>(pieces) + offset / sizeof(float), index);
-}
+// The numbers of one piece of the transfer function for each lane: from two registers where they hold those of all
+// pieces.
+class PieceNumbers {
+ public:
+  HWY_INLINE PieceNumbers(const Screen& screen, hn::Vec<DIF> piece)
+      : columns_(screen.pieceColumns().data()),
+        stride_(screen.pieceStride()),
+        few_(screen.pieces().size() <= 2 * hn::Lanes(DF())),
+        piece_(piece),
+        in_second_(hn::RebindMask(DF(), hn::Gt(piece, lastLane()))),
+        lane_(hn::IndicesFromVec(DF(), hn::And(piece, lastLane()))) {}
+
+  // By its offset in Piece.
+  HWY_INLINE VF operator()(std::size_t offset) const {
+    const DF d;
+    const float* column = columns_ + offset / sizeof(float) * stride_;
+    if (HWY_LIKELY(few_)) {
+      return hn::IfThenElse(in_second_, hn::TableLookupLanes(hn::LoadU(d, column + hn::Lanes(d)), lane_),
+                            hn::TableLookupLanes(hn::LoadU(d, column), lane_));
+    }
+    return hn::GatherIndex(d, column, piece_);
+  }
+
+ private:
+  static HWY_INLINE hn::Vec<DIF> lastLane() { return hn::Set(DIF(), static_cast<std::int32_t>(hn::Lanes(DF())) - 1); }
+
+  const float* columns_;
+  std::size_t stride_;
+  bool few_;
+  hn::Vec<DIF> piece_;
+  hn::Mask<DF> in_second_;
+  decltype(hn::IndicesFromVec(DF(), hn::Zero(DIF()))) lane_;
+};
 
 // See native_batch.h.
 HWY_INLINE VF tiltLeftOut(VF depth, VF growth) {
@@ -55,24 +81,23 @@ struct Looks {
   VF bend;                 // of the colour's slope, all joints together
   VF steepest;             // slope of the colour
 
-  HWY_INLINE Looks(const Piece* pieces, const CellBatch& batch, std::size_t i) {
+  HWY_INLINE Looks(const Screen& screen, const CellBatch& batch, std::size_t i) {
     const DF d;
     const DIF di;
     const auto first = hn::Load(di, batch.first_piece + i);
     const auto last = hn::Load(di, batch.last_piece + i);
     const VF lo = hn::Load(d, batch.lo + i), hi = hn::Load(d, batch.hi + i);
-    const auto number = [&](hn::Vec<DIF> piece, std::size_t offset)
-                            HWY_ATTR { return pieceNumber(pieces, piece, offset); };
+    const PieceNumbers of_first(screen, first), of_last(screen, last);
     bends = hn::Sub(last, first);
-    straight = hn::Not(hn::Gt(last, hn::BitCast(di, number(first, offsetof(Piece, reach)))));
+    straight = hn::Not(hn::Gt(last, hn::BitCast(di, of_first(offsetof(Piece, reach)))));
     range = hn::Sub(hi, lo);
-    const VF anchor = number(first, offsetof(Piece, anchor));
-    extinction_slope = number(first, offsetof(Piece, extinction_slope));
-    const VF extinction = number(first, offsetof(Piece, extinction));
+    const VF anchor = of_first(offsetof(Piece, anchor));
+    extinction_slope = of_first(offsetof(Piece, extinction_slope));
+    const VF extinction = of_first(offsetof(Piece, extinction));
     at_lo = hn::MulAdd(extinction_slope, hn::Sub(lo, anchor), extinction);
     at_hi = hn::MulAdd(extinction_slope, hn::Sub(hi, anchor), extinction);
-    bend = hn::Sub(number(last, offsetof(Piece, bent)), number(first, offsetof(Piece, bent)));
-    steepest = hn::Add(number(first, offsetof(Piece, steepest)), bend);
+    bend = hn::Sub(of_last(offsetof(Piece, bent)), of_first(offsetof(Piece, bent)));
+    steepest = hn::Add(of_first(offsetof(Piece, steepest)), bend);
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <utility>
@@ -74,6 +75,7 @@ void Screen::setScale(const Frame& frame) {
     if (k < points.size()) breaks_.push_back(points[k].value);
   }
   setKinks(frame.transfer_function);
+  setPieceColumns();
 }
 
 // Joint k lies between pieces k and k + 1, at points[k].
@@ -103,6 +105,20 @@ void Screen::setKinks(const integrate::TransferFunction& transfer_function) {
       bend = std::max(bend, std::abs(piece.kink[c]));
     }
     next.bent = piece.bent + (piece.reach > static_cast<std::int32_t>(k) ? bend : 0.0F);
+  }
+}
+
+void Screen::setPieceColumns() {
+  constexpr std::size_t numbers = sizeof(Piece) / sizeof(float);
+  static_assert(sizeof(Piece) == numbers * sizeof(float));
+  constexpr std::size_t room = 32;  // numbers in the two longest vectors
+  piece_stride_ = std::max(pieces_.size(), room);
+  piece_columns_.assign(numbers * piece_stride_, 0.0F);
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    for (std::size_t k = 0; k < numbers; ++k) {
+      const char* number = reinterpret_cast<const char*>(&pieces_[i]) + k * sizeof(float);
+      std::memcpy(&piece_columns_[k * piece_stride_ + i], number, sizeof(float));
+    }
   }
 }
 

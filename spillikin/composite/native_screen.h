@@ -74,6 +74,9 @@ class Screen {
   const Vertex* vertices() const { return vertices_.data(); }
   const Place* places() const { return places_.data(); }
   const std::vector<Piece>& pieces() const { return pieces_; }
+  // The same number by number: that at offset k of piece i is float k * pieceStride() + i. There is room for vectors.
+  const std::vector<float>& pieceColumns() const { return piece_columns_; }
+  std::size_t pieceStride() const { return piece_stride_; }
   // The frame's scale of the scalar, and the piece that a value lies in: at a jump, the upper one.
   double scaled(double value) const { return (value - value_lo_) * value_scale_; }
   std::uint32_t piece(double value) const;
@@ -91,6 +94,7 @@ class Screen {
  private:
   void setScale(const Frame& frame);
   void setKinks(const integrate::TransferFunction& transfer_function);
+  void setPieceColumns();
   void setValues(const Frame& frame);
   void setVertices(const Frame& frame);
   void setClips(const Frame& frame);
@@ -101,6 +105,8 @@ class Screen {
   std::vector<Vertex> vertices_;
   std::vector<Place> places_;
   std::vector<Piece> pieces_;
+  std::vector<float> piece_columns_;
+  std::size_t piece_stride_ = 0;
   std::vector<double> breaks_;
   double value_lo_ = 0.0, value_scale_ = 1.0;
   std::vector<float> cell_values_;

@@ -21,6 +21,7 @@
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_small-inl.h"
+#include "spillikin/composite/native_tiny-inl.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -257,13 +258,39 @@ HWY_INLINE VF changeAlongRays(const CellBatch& batch, std::size_t i) {
   return hn::Div(hn::Mul(hn::Mul(steep, chord), per_middle), hn::Max(front, hn::Set(d, 1e-30F)));
 }
 
+HWY_INLINE hn::Vec<DIF> kindNumber(Kind kind) {
+  return hn::Set(DIF(), static_cast<std::int32_t>(kind));
+}
+
+// Of cells that a short series does for: tiny and small ones, where `exact` has how all others are shaded.
+HWY_INLINE hn::Vec<DIF> thinKinds(const TileView& view, Looks looks, VF length, VF change, hn::Vec<DIF> exact,
+                                  std::size_t i, CellBatch& batch) {
+  const DF d;
+  const DIF di;
+  const Fits fits = setColors(*view.screen, looks, i, batch);
+  // A parabola runs steeper than the colour that it stands for, by up to half of the bend.
+  looks.steepest = hn::MulAdd(hn::IfThenElseZero(fits.parabola, looks.bend), hn::Set(d, 0.5F), looks.steepest);
+  const Smallness smallness = setSmall(view, looks, length, change, i, batch);
+  const auto more = [&](std::int32_t than) HWY_ATTR { return hn::Gt(looks.bends, hn::Set(di, than)); };
+  const auto small = hn::AndNot(more(few_bends), hn::RebindMask(di, smallness.small));
+  const auto tiny = hn::AndNot(more(1), hn::RebindMask(di, setTiny(looks, smallness, i, batch)));
+  const auto line = hn::Or(hn::Not(more(0)), hn::RebindMask(di, fits.line));
+  const auto parabola = hn::RebindMask(di, fits.parabola);
+  const auto byFit = [&](Kind straight, Kind curved, Kind before_bent) HWY_ATTR {
+    const auto bent = hn::Add(looks.bends, kindNumber(before_bent));
+    return hn::IfThenElse(line, kindNumber(straight), hn::IfThenElse(parabola, kindNumber(curved), bent));
+  };
+  const auto kind = hn::IfThenElse(small, byFit(Kind::small, Kind::small_curved, Kind::small), exact);
+  return hn::IfThenElse(tiny, byFit(Kind::tiny, Kind::tiny_curved, Kind::tiny_curved), kind);
+}
+
 // The kinds of the cells from i on as kindOf() and Look::care() have them, where extinction is one line over the cell
 // and that is enough to tell; `decided` says where. `length` is a cell's along a ray, at most.
 HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size_t i, CellBatch& batch,
                                       hn::Mask<DF>& decided) {
   const DF d;
   const DIF di;
-  const Looks looks(view.screen->pieces().data(), batch, i);
+  const Looks looks(*view.screen, batch, i);
   const VF change = hn::Min(looks.range, changeAlongRays(batch, i));
   const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
   const VF slope = hn::Mul(hn::Abs(looks.extinction_slope), change);
@@ -274,18 +301,17 @@ HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size
   decided = hn::And(hn::And(hn::RebindMask(d, looks.straight), hn::Lt(depth, hn::Set(d, deep_depth))),
                     hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bend_left_out))));
 
-  const auto number = [&](Kind kind) HWY_ATTR { return hn::Set(di, static_cast<std::int32_t>(kind)); };
   const auto some = hn::Gt(looks.bends, hn::Set(di, few_bends));
-  const auto counted = [&](Kind none, Kind many)
-                           HWY_ATTR { return hn::IfThenElse(some, number(many), hn::Add(looks.bends, number(none))); };
+  const auto counted = [&](Kind none, Kind many) HWY_ATTR {
+    return hn::IfThenElse(some, kindNumber(many), hn::Add(looks.bends, kindNumber(none)));
+  };
   const auto one = hn::Eq(looks.bends, hn::Set(di, 1));
   const auto none = hn::Eq(looks.bends, hn::Zero(di));
   const VF tilted = hn::Mul(bend, tiltLeftOut(depth, growth));
   const auto flat = hn::And(one, hn::RebindMask(di, hn::Le(tilted, hn::Set(d, bend_left_out))));
-  const auto small = hn::AndNot(some, hn::RebindMask(di, setSmall(view, looks, length, change, i, batch)));
-  auto thin = hn::IfThenElse(flat, number(Kind::bend), counted(Kind::bend, Kind::bends));
-  thin = hn::IfThenElse(none, number(Kind::none), thin);
-  thin = hn::IfThenElse(small, hn::Add(looks.bends, number(Kind::small)), thin);
+  auto thin = hn::IfThenElse(flat, kindNumber(Kind::bend), counted(Kind::bend, Kind::bends));
+  thin = hn::IfThenElse(none, kindNumber(Kind::none), thin);
+  thin = thinKinds(view, looks, length, change, thin, i, batch);
   const auto is_thin = hn::And(hn::Lt(depth, hn::Set(d, thin_depth)), hn::Lt(growth, hn::Set(d, thin_growth)));
   return hn::IfThenElse(hn::RebindMask(di, is_thin), thin, counted(Kind::long0, Kind::longs));
 }
@@ -312,12 +338,12 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     const VF length = hn::Mul(load(batch.chord), hn::Set(d, view.longest));
     hn::Mask<DF> decided;
     auto kind = straightKinds(view, length, i, batch, decided);
-    kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, hn::Set(di, static_cast<std::int32_t>(Kind::full)));
-    kind = hn::IfThenElse(peaks, hn::Set(di, static_cast<std::int32_t>(Kind::peak)), kind);
+    kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, kindNumber(Kind::full));
+    kind = hn::IfThenElse(peaks, kindNumber(Kind::peak), kind);
     // A peak has no range of depths to lose the rounding in.
     const auto lost = hn::And(peaks, hn::RebindMask(di, hn::Not(steady)));
-    kind = hn::IfThenElse(lost, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)), kind);
-    kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, hn::Set(di, static_cast<std::int32_t>(Kind::edge_on)));
+    kind = hn::IfThenElse(lost, kindNumber(Kind::edge_on), kind);
+    kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, kindNumber(Kind::edge_on));
     hn::Store(kind, di, reinterpret_cast<std::int32_t*>(batch.kind + i));
     unsigned others = view.peaks ? 0 : maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));
     for (; HWY_UNLIKELY(others != 0); others &= others - 1) {

@@ -47,7 +47,8 @@ struct SheetCell {
   Box blocks;                // half-open
   std::uint64_t block_bits;  // of these, those that rays may meet the cell in, a bit each by index
   Look look;
-  Care care;  // edge_on: to be handed back
+  Piece line;  // what the look may show
+  Care care;   // edge_on: to be handed back
 };
 
 // Cells that are set up together.

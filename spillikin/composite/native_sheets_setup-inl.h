@@ -426,6 +426,7 @@ HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::Cel
   cell.blocks = {batch.block_x0[i], batch.block_y0[i], batch.block_x1[i], batch.block_y1[i]};
   cell.look = {view.screen->pieces().data(), batch.first_piece[i], batch.last_piece[i], batch.lo[SheetBatch::scalar][i],
                batch.hi[SheetBatch::scalar][i]};
+  cell.look.straighten(cell.line);
   // Where the rounding of a rate moves the scalar noticeably, it takes full care.
   constexpr double noticeable = 0.02;
   const FaceLimits limits{2.0 / double{near + far},

@@ -22,6 +22,7 @@
 
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_fit-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_looks-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
@@ -38,9 +39,16 @@ constexpr float small_left_out = 4e-4F;
 // A cell's depth as a share of its distance, at most: of depths, its cube is left out.
 constexpr float small_relative_depth = 0.05F;
 
+// What is known of a vector of cells as small ones: the depth as a share of the distance, the scalar's shift (see
+// above), what the series leave out of a colour at most, and which cells are thin enough for short series and small.
+struct Smallness {
+  VF relative, shift, left_out;
+  hn::Mask<DF> thin, small;
+};
+
 // Whether the series leave out little enough of cells of such a depth as a share of their distance. `length` is a
 // cell's along a ray and `change` the scalar's, at most, and per_amid one over its extinction amid its range.
-HWY_INLINE hn::Mask<DF> isSmall(const Looks& looks, VF length, VF change, VF per_amid, VF relative) {
+HWY_INLINE Smallness smallness(const Looks& looks, VF length, VF change, VF per_amid, VF relative, VF shift) {
   const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
   const VF spread = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
   const VF growth = hn::Mul(hn::Abs(hn::Mul(change, looks.extinction_slope)), per_amid);
@@ -54,14 +62,15 @@ HWY_INLINE hn::Mask<DF> isSmall(const Looks& looks, VF length, VF change, VF per
   const VF bows = hn::Mul(hn::Mul(depth, hn::MulAdd(set(3.0F), growth, depth)), set(1.0F / 384));
   const VF bends = hn::Mul(looks.bend, hn::Add(tilts, bows));
   const VF left_out = hn::Mul(change, hn::MulAdd(looks.steepest, line, bends));
-  return hn::And(hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth))),
-                 hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(spread, set(1.0F))));
+  const auto near_enough = hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth)));
+  const auto thin = hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(spread, set(1.0F)));
+  return {relative, shift, left_out, thin, hn::And(thin, near_enough)};
 }
 
-// Sets the series of the cells from i on, as SmallShading takes them. Returns those that are small: for all others the
-// numbers mean nothing. `length` is a cell's along a ray, at most.
-HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF length, VF change, std::size_t i,
-                                 CellBatch& batch) {
+// Sets the series of the cells from i on, as SmallShading takes them: for those that are not small the numbers mean
+// nothing. `length` is a cell's along a ray, at most.
+HWY_INLINE Smallness setSmall(const TileView& view, const Looks& looks, VF length, VF change, std::size_t i,
+                              CellBatch& batch) {
   const DF d;
   const DIF di;
   const auto set = [&](float v) HWY_ATTR { return hn::Set(d, v); };
@@ -108,18 +117,48 @@ HWY_INLINE hn::Mask<DF> setSmall(const TileView& view, const Looks& looks, VF le
   const VF half = hn::Mul(hn::Mul(steep, per_middle), depth_per_nearness);
   const VF fading = hn::Mul(hn::Mul(depth_per_nearness, set(view.longest)), amid);  // d over the extent
   const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
-  hn::Store(hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), half_of_scalar), d, batch.shift + i);
-
-  return isSmall(looks, length, change, per_amid, relative);
+  const VF shift = hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), half_of_scalar);
+  hn::Store(shift, d, batch.shift + i);
+  return smallness(looks, length, change, per_amid, relative, shift);
 }
 
-// Blends the fragments of a small cell, over so many bends of the colour.
-template <bool Parallel, int bends>
+// Adds the bends at the ends of the pieces from the first on; `change` is half of the scalar's along the fragment.
+template <int bends, class V, class M>
+HWY_INLINE void addBends(const Piece* pieces, float amid, const V& value, const V& change, const V& a, const M& inside,
+                         Light<V>& light) {
+  const DF d;
+  const V half = wide::Max(wide::Abs(change), hn::Set(d, 1.25e-7F));
+  const V hi = wide::Add(value, half);
+  const V per_change = wide::ApproximateReciprocal(wide::Add(half, half));
+  for (int k = 0; k < bends; ++k) {
+    const Piece& p = pieces[k];
+    const Beyond<V> beyond(wide::Sub(hi, hn::Set(d, p.end - amid)), half, per_change);
+    light.add(wide::IfThenElseZero(inside, wide::Mul(beyond.mean, a)), hn::Set(d, p.kink[0]), hn::Set(d, p.kink[1]),
+              hn::Set(d, p.kink[2]));
+  }
+}
+
+// Blends the fragments of a small cell, over so many bends of the colour; or over a parabola.
+template <bool Parallel, int bends, bool curved = false>
 class SmallShading {
  public:
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : SmallShading(batch, i, view.screen->pieces()[static_cast<std::size_t>(batch.first_piece[i])]) {
-    least_ = hn::Set(DF(), view.solid_at + (view.solid_slope - 1.0F) * batch.middle_nearness[i]);
+      : colors_(batch, i),
+        pieces_(view.screen->pieces().data() + batch.first_piece[i]),
+        amid_(batch.amid[i]),
+        least_(hn::Set(DF(), view.solid_at + (view.solid_slope - 1.0F) * batch.middle_nearness[i])) {
+    const DF d;
+    x_ = hn::Set(d, batch.at[0][i]);
+    y_ = hn::Set(d, batch.at[1][i]);
+    t_ = hn::Set(d, batch.at[2][i] - amid_);
+    apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - amid_);
+    for (std::size_t k = 0; k < 3; ++k) {
+      turn_[k] = hn::Set(d, batch.turn[k][i]);
+      depth_[k] = hn::Set(d, batch.depth[k][i]);
+    }
+    depth_square_ = hn::Set(d, batch.depth_square[i]);
+    shift_ = hn::Set(d, batch.shift[i]);
+    per_middle_ = hn::Set(d, batch.half_per_middle[i] * (curved ? third_per_half : 1.0F));
   }
 
   // Over so small a cell the least extent that proves anything is one number.
@@ -132,7 +171,6 @@ class SmallShading {
   template <class V, class M, class At>
   HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
                         Pixels& pixels) const {
-    const DF d;
     const V extent = wide::Sub(near, far), sum = wide::Add(near, far);
     const V squared = wide::Mul(extent, extent);
     const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, t_));
@@ -147,55 +185,26 @@ class SmallShading {
     const V length = wide::Mul(extent, per);
     const V in_world = wide::Mul(length, wide::load(pixels.length.data(), first));
     // Outside of the cell, numbers may have no end, and nothing of them must be left.
-    const V depth = wide::IfThenElseZero(
-        inside, wide::Mul(in_world, wide::MulAdd(piece_.extinction_slope, mean, piece_.extinction)));
+    const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(mean)));
     const V light = wide::load(pixels.light.data(), first);
     const V a = wide::Mul(light, ShortSeries::alpha(depth));
     wide::store(wide::Sub(light, a), pixels.light.data(), first);
     const V value = wide::MulAdd(squared, shift_, mean);
-    const V tint = wide::IfThenElseZero(inside, wide::Mul(value, a));
-    const auto load = [&](const auto& channel) HWY_ATTR { return wide::load(channel.data(), first); };
-    const auto add = [](const V& sum_of, const VF& color, const V& weight)
-                         HWY_ATTR { return wide::MulAdd(color, weight, sum_of); };
-    V red = add(add(load(pixels.red), piece_.red_slope, tint), piece_.red, a);
-    V green = add(add(load(pixels.green), piece_.green_slope, tint), piece_.green, a);
-    V blue = add(add(load(pixels.blue), piece_.blue_slope, tint), piece_.blue, a);
-    if constexpr (bends > 0) {
-      const V half = wide::Max(wide::Abs(wide::Mul(wide::Mul(steep, per_middle_), length)), hn::Set(d, 1.25e-7F));
-      const V hi = wide::Add(value, half);
-      const V per_change = wide::ApproximateReciprocal(wide::Add(half, half));
-      for (int k = 0; k < bends; ++k) {
-        const Piece& p = pieces_[k];
-        const Beyond<V> beyond(wide::Sub(hi, hn::Set(d, p.end - pieces_->anchor)), half, per_change);
-        const V weight = wide::IfThenElseZero(inside, wide::Mul(beyond.mean, a));
-        red = add(red, hn::Set(d, p.kink[0]), weight);
-        green = add(green, hn::Set(d, p.kink[1]), weight);
-        blue = add(blue, hn::Set(d, p.kink[2]), weight);
-      }
+    Light<V> sum_of(pixels, first);
+    if constexpr (curved || bends > 0) {
+      const V half = wide::Mul(wide::Mul(steep, per_middle_), length);
+      colors_.add(value, half, a, inside, sum_of);
+      if constexpr (bends > 0) addBends<bends>(pieces_, amid_, value, half, a, inside, sum_of);
+    } else {
+      colors_.add(value, value, a, inside, sum_of);
     }
-    wide::store(red, pixels.red.data(), first);
-    wide::store(green, pixels.green.data(), first);
-    wide::store(blue, pixels.blue.data(), first);
+    sum_of.store(first, pixels);
   }
 
  private:
-  HWY_INLINE SmallShading(const CellBatch& batch, std::size_t i, const Piece& piece) : piece_(piece), pieces_(&piece) {
-    const DF d;
-    x_ = hn::Set(d, batch.at[0][i]);
-    y_ = hn::Set(d, batch.at[1][i]);
-    t_ = hn::Set(d, batch.at[2][i] - piece.anchor);
-    apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - piece.anchor);
-    for (std::size_t k = 0; k < 3; ++k) {
-      turn_[k] = hn::Set(d, batch.turn[k][i]);
-      depth_[k] = hn::Set(d, batch.depth[k][i]);
-    }
-    depth_square_ = hn::Set(d, batch.depth_square[i]);
-    shift_ = hn::Set(d, batch.shift[i]);
-    per_middle_ = hn::Set(d, batch.half_per_middle[i]);
-  }
-
-  PieceV piece_;
+  Colors<curved> colors_;
   const Piece* pieces_;
+  float amid_;
   VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, least_;
 };
 

@@ -1,0 +1,133 @@
+// Tiny cells: of the series about a small cell's middle (native_small-inl.h), the first terms. With n and f the
+// nearness of a fragment's ends, the scalar half way is linear in n, f and the pixel, and the depth is (n - f) times
+// what is linear in n + f. The square of n - f that the scalar's shift takes is a line there, too: over [0, E] it is E
+// (n - f) - E^2 / 8 but for E^2 / 8. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_TINY_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_TINY_INL_H
+#undef SPILLIKIN_NATIVE_TINY_INL_H
+#else
+#define SPILLIKIN_NATIVE_TINY_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+
+#include "spillikin/composite/native_batch.h"
+#include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_fit-inl.h"
+#include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_small-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// What the first terms may leave out of a colour, with what the small cells' series do: a fifth of a display step.
+constexpr float tiny_left_out = 8e-4F;
+// A cell's depth as a share of its distance, at most: of depths, half of its square is left out.
+constexpr float tiny_relative_depth = 0.03F;
+
+// Sets what TinyShading takes of the cells from i on, after setSmall() and setColors(). Returns those that are tiny:
+// for all others the numbers mean nothing.
+HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, std::size_t i, CellBatch& batch) {
+  const DF d;
+  const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
+  const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
+  const VF amid = load(batch.amid), nearness = load(batch.middle_nearness);
+  const VF twice = hn::Add(nearness, nearness);
+  const VF relative = hn::Mul(small.relative, small.relative);
+  // As in setSmall(), with the scalar's change with depth as it is amid the range.
+  VF steep = hn::Neg(load(batch.apex)), turn = set(-0.5F), per_nearness = set(1.0F), per_sum = hn::Zero(d);
+  VF depth = per_nearness;
+  if (!batch.parallel) {
+    const VF middle = hn::Mul(set(0.5F), reciprocal(load(batch.half_per_middle)));
+    steep = hn::Sub(amid, load(batch.apex));
+    turn = hn::Mul(set(-0.5F), middle);
+    per_nearness = hn::Mul(middle, middle);
+    per_sum = hn::Neg(hn::Mul(per_nearness, middle));
+    // Half of what the squares of s and e add to a depth, where it is not short, goes to all.
+    depth = hn::MulAdd(hn::Mul(relative, set(0.125F)), per_nearness, hn::NegMulAdd(twice, per_sum, per_nearness));
+  }
+  const VF longest = hn::Div(load(batch.chord), per_nearness);
+  const VF shift = hn::Mul(small.shift, longest);
+  const VF bowed = hn::Mul(hn::Mul(shift, longest), set(0.125F));
+  const VF turned = hn::Mul(hn::Mul(steep, relative), set(0.125F));
+  const VF along = hn::Mul(steep, turn);
+  hn::Store(hn::Add(along, shift), d, batch.per_near + i);
+  hn::Store(hn::Sub(along, shift), d, batch.per_far + i);
+  // Half of what the square of s moves the scalar by goes to all.
+  const VF at = hn::Sub(load(batch.at[2]), amid);
+  hn::Store(hn::NegMulAdd(along, twice, hn::Add(at, hn::Sub(turned, bowed))), d, batch.origin + i);
+  hn::Store(depth, d, batch.tiny_depth[0] + i);
+  hn::Store(per_sum, d, batch.tiny_depth[1] + i);
+  hn::Store(hn::Mul(hn::Abs(steep), hn::Mul(load(batch.half_per_middle), per_nearness)), d, batch.half_change + i);
+  // The other half, and how far the change with depth may be from that amid the range.
+  const VF unsteady = hn::Mul(hn::Mul(looks.range, small.relative), set(0.25F));
+  const VF line = hn::MulAdd(hn::Abs(turned), set(3.0F), hn::Add(unsteady, hn::Abs(bowed)));
+  const VF left_out = hn::MulAdd(looks.steepest, line, small.left_out);
+  return hn::And(small.thin,
+                 hn::And(hn::Le(left_out, set(tiny_left_out)), hn::Le(small.relative, set(tiny_relative_depth))));
+}
+
+// How a tiny cell's colours run over its range.
+enum class Run { line, parabola, bend };
+
+// Blends the fragments of a tiny cell.
+template <Run run>
+class TinyShading {
+ public:
+  HWY_INLINE TinyShading(const TileView& view, const CellBatch& batch, std::size_t i)
+      : colors_(batch, i), pieces_(view.screen->pieces().data() + batch.first_piece[i]), amid_(batch.amid[i]) {
+    const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
+    x_ = set(batch.at[0][i]);
+    y_ = set(batch.at[1][i]);
+    near_ = set(batch.per_near[i]);
+    far_ = set(batch.per_far[i]);
+    origin_ = set(batch.origin[i]);
+    depth_ = set(batch.tiny_depth[0][i]);
+    depth_slope_ = set(batch.tiny_depth[1][i]);
+    least_ = set(view.solid_at + (view.solid_slope - 1.0F) * batch.middle_nearness[i]);
+    change_ = set(batch.half_change[i] * (run == Run::parabola ? third_per_half : 1.0F));
+  }
+
+  template <class V, class M, class At>
+  HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& /*inside*/,
+                        const At& first, Pixels& pixels) const {
+    certificate.checkSolid(near, far, wide::Gt(wide::Sub(near, far), least_), first, pixels);
+  }
+
+  template <class V, class M, class At>
+  HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
+                        Pixels& pixels) const {
+    const V extent = wide::Sub(near, far);
+    const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, origin_));
+    const V value = wide::MulAdd(near_, near, wide::MulAdd(far_, far, at));
+    const V per = wide::MulAdd(depth_slope_, wide::Add(near, far), depth_);
+    const V in_world = wide::Mul(wide::Mul(extent, wide::load(pixels.length.data(), first)), per);
+    const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(value)));
+    const V light = wide::load(pixels.light.data(), first);
+    const V a = wide::Mul(light, ShortSeries::alpha(depth));
+    wide::store(wide::Sub(light, a), pixels.light.data(), first);
+    Light<V> sum(pixels, first);
+    const V change = wide::Mul(extent, change_);
+    colors_.add(value, change, a, inside, sum);
+    if constexpr (run == Run::bend) addBends<1>(pieces_, amid_, value, change, a, inside, sum);
+    sum.store(first, pixels);
+  }
+
+ private:
+  Colors<run == Run::parabola> colors_;
+  const Piece* pieces_;
+  float amid_;
+  VF x_, y_, near_, far_, origin_, depth_, depth_slope_, least_, change_;
+};
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
