@@ -36,6 +36,7 @@ HWY_INLINE bool limited(const TileView& view, const CellBatch& batch, std::size_
 template <bool Parallel, class S>
 class Shading {
  public:
+  static constexpr bool short_chain = false;
   HWY_INLINE Shading(const TileView& view, const CellBatch& batch, std::size_t i)
       : shader_(batch.look(view.screen->pieces().data(), i)), rays_(view, batch, i, shader_.anchor()) {}
 
@@ -65,7 +66,7 @@ HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellBatch& batch,
   const Crossing crossing(batch, i, limited(view, batch, i));
   const Certificate certificate(view);
   std::size_t fragments = 0;
-  byTwoBlocks(blocks, [&](const auto& first) HWY_ATTR {
+  const auto paint = [&](const auto& first) HWY_ATTR {
     const auto x = centresX(first), y = centresY(first);
     std::remove_const_t<decltype(x)> near, far;
     crossing(x, y, first, pixels, near, far);
@@ -73,7 +74,13 @@ HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellBatch& batch,
     fragments += wide::CountTrue(inside);
     shade.check(certificate, near, far, inside, first, pixels);
     shade.blend(near, far, inside, x, y, first, pixels);
-  });
+  };
+  // Of a short chain of operations a core works on several at once by itself, with fewer registers.
+  if constexpr (Shade::short_chain) {
+    byBlocks(blocks, paint);
+  } else {
+    byTwoBlocks(blocks, paint);
+  }
   return fragments;
 }
 

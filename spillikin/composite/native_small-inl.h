@@ -142,6 +142,7 @@ HWY_INLINE void addBends(const Piece* pieces, float amid, const V& value, const 
 template <bool Parallel, int bends, bool curved = false>
 class SmallShading {
  public:
+  static constexpr bool short_chain = false;
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
       : colors_(batch, i),
         pieces_(view.screen->pieces().data() + batch.first_piece[i]),

@@ -80,6 +80,7 @@ enum class Run { line, parabola, bend };
 template <Run run>
 class TinyShading {
  public:
+  static constexpr bool short_chain = true;
   HWY_INLINE TinyShading(const TileView& view, const CellBatch& batch, std::size_t i)
       : colors_(batch, i), pieces_(view.screen->pieces().data() + batch.first_piece[i]), amid_(batch.amid[i]) {
     const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
