@@ -185,20 +185,17 @@ inline Kind kindOf(Care care, std::int32_t bends) {
 
 // The faces of a cell by the code of those that it is left through: entered faces first.
 struct FaceOrder {
-  std::uint8_t slot[16][4] = {};
-  alignas(64) std::int32_t packed[16] = {};   // the slots, two bits each
+  alignas(64) std::int32_t packed[16] = {};   // the faces, two bits each
   alignas(64) std::int32_t entered[16] = {};  // how many are
   constexpr FaceOrder() {
     for (unsigned code = 0; code < 16; ++code) {
       unsigned n = 0;
       for (const unsigned left : {0U, 1U}) {
         for (unsigned f = 0; f < 4; ++f) {
-          if ((code >> f & 1U) == left) slot[code][n++] = static_cast<std::uint8_t>(f);
+          if ((code >> f & 1U) == left) packed[code] |= static_cast<std::int32_t>(f << (2 * n++));
         }
         if (left == 0) entered[code] = static_cast<std::int32_t>(n);
       }
-      for (unsigned k = 0; k < 4; ++k)
-        packed[code] |= slot[code][k] << (2 * k);
     }
   }
 };
@@ -208,9 +205,11 @@ struct CellBatch {
   template <class T>
   using PerCell = T[batch_cells];
 
-  // Nearness on face k (opposite to the corner of k-th smallest id): face[k][0] x + face[k][1] y + face[k][2].
+  // Nearness on a face: face[k][0] x + face[k][1] y + face[k][2]. The faces are set up in the order of the corners of
+  // ascending id that they are opposite to, and then put in that of rays: those that are entered first.
   alignas(64) PerCell<float> face[4][3];
-  alignas(64) PerCell<std::int32_t> code;  // bit k set where the cell is left through face k
+  alignas(64) PerCell<std::int32_t> code;  // bit k set where the cell is left through the k-th face as set up
+  alignas(64) PerCell<std::int32_t> entered;
   // The scalar on the ray at depth w is at(x, y) + steepness(x, y) (w - middle) / middle, at(x, y) = at[0] x + at[1] y
   // + at[2]. In perspective steepness(x, y) = at(x, y) - apex, apex the scalar run on to the eye; in a parallel view
   // it is -apex.
@@ -231,6 +230,7 @@ struct CellBatch {
   alignas(64) PerCell<Kind> kind;
   // Of small cells, see native_small-inl.h and, for the second line, native_tiny-inl.h.
   alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;
+  alignas(64) PerCell<float> least;  // extent that proves anything
   alignas(64) PerCell<float> per_near, per_far, origin, tiny_depth[2], half_change;
   // What small cells show, as functions of the scalar less `amid`, the middle of its range (see native_fit-inl.h).
   alignas(64) PerCell<float> amid, extinction, extinction_slope;

@@ -61,17 +61,26 @@ struct LineV {
   }
 };
 
+// The numbers of a table of 16, by index.
+HWY_INLINE hn::Vec<hn::RebindToSigned<DF>> fromTable(const std::int32_t* table, hn::Vec<hn::RebindToSigned<DF>> index) {
+  const hn::RebindToSigned<DF> di;
+  if constexpr (hn::MaxLanes(DF()) == 16)
+    return hn::TableLookupLanes(hn::Load(di, table), hn::IndicesFromVec(di, index));
+  return hn::GatherIndex(di, table, index);
+}
+
 // The faces of cells from i on in the order in which rays cross them: those entered before those left.
 struct CrossedV {
   PlaneV face[4];
   hn::Mask<DF> two, three;  // as many are entered at least
   hn::Mask<DF> none, all;   // of them are entered
 
-  HWY_INLINE CrossedV(const CellBatch& batch, std::size_t i) {
+  // Puts the batch's faces in that order, too.
+  HWY_INLINE CrossedV(std::size_t i, CellBatch& batch) {
     const DF d;
     const hn::RebindToSigned<DF> di;
     const auto code = hn::Load(di, batch.code + i);
-    const auto order = hn::GatherIndex(di, face_order.packed, code);
+    const auto order = fromTable(face_order.packed, code);
     PlaneV plane[4];
     for (std::size_t k = 0; k < 4; ++k) {
       const auto load = [&](std::size_t c) HWY_ATTR { return hn::Load(d, batch.face[k][c] + i); };
@@ -83,8 +92,12 @@ struct CrossedV {
     for (int k = 0; k < 4; ++k) {
       const auto odd = bit(order, 2 * k), high = bit(order, 2 * k + 1);
       face[k] = choose(high, choose(odd, plane[3], plane[2]), choose(odd, plane[1], plane[0]));
+      hn::Store(face[k].x, d, batch.face[k][0] + i);
+      hn::Store(face[k].y, d, batch.face[k][1] + i);
+      hn::Store(face[k].t, d, batch.face[k][2] + i);
     }
-    const auto entered = hn::GatherIndex(di, face_order.entered, code);
+    const auto entered = fromTable(face_order.entered, code);
+    hn::Store(entered, di, batch.entered + i);
     const auto more = [&](int than) HWY_ATTR { return hn::RebindMask(d, hn::Gt(entered, hn::Set(di, than))); };
     none = hn::Not(more(0));
     two = more(1);
@@ -98,7 +111,7 @@ struct CrossedV {
 HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
   const DF d;
   const hn::RebindToSigned<DF> di;
-  const CrossedV crossed(batch, i);
+  const CrossedV crossed(i, batch);
   const PlaneV* face = crossed.face;
   const auto only_two = hn::AndNot(crossed.three, crossed.two);
   // One face entered: each of the others bounds the cell with it; three: with the one that is left.

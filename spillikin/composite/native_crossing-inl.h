@@ -29,17 +29,20 @@ class Crossing {
       : eye_(hn::Set(DF(), batch.eye_nearness)), limited_(limited) {
     const DF d;
     for (std::size_t k = 0; k < 4; ++k) {
-      const auto& face = batch.face[face_order.slot[batch.code[i]][k]];
+      const auto& face = batch.face[k];
       x_[k] = hn::Set(d, face[0][i]);
       y_[k] = hn::Set(d, face[1][i]);
       t_[k] = hn::Set(d, face[2][i]);
     }
-    const VF entered = hn::Set(d, static_cast<float>(face_order.entered[batch.code[i]]));
-    two_ = hn::Gt(entered, hn::Set(d, 1.0F));
-    three_ = hn::Gt(entered, hn::Set(d, 2.0F));
+    const auto more = [&](std::int32_t than) HWY_ATTR {
+      const hn::RebindToSigned<DF> di;
+      return hn::RebindMask(d, hn::Gt(hn::Set(di, batch.entered[i]), hn::Set(di, than)));
+    };
+    two_ = more(1);
+    three_ = more(2);
     one_left_ = hn::Not(two_);
     two_left_ = hn::Not(three_);
-    inside_ = face_order.entered[batch.code[i]] == 0;
+    inside_ = batch.entered[i] == 0;
   }
 
   // Nearness where the rays of the vectors at `first`, through (x, y), enter and leave; they meet the cell where near

@@ -270,10 +270,15 @@ HWY_INLINE hn::Vec<DIF> thinKinds(const TileView& view, Looks looks, VF length, 
   const Fits fits = setColors(*view.screen, looks, i, batch);
   // A parabola runs steeper than the colour that it stands for, by up to half of the bend.
   looks.steepest = hn::MulAdd(hn::IfThenElseZero(fits.parabola, looks.bend), hn::Set(d, 0.5F), looks.steepest);
-  const Smallness smallness = setSmall(view, looks, length, change, i, batch);
+  const Middle middle(batch, i);
+  const Smallness smallness = smallnessOf(view, looks, length, change, middle, i, batch);
+  const VF nearness = hn::Load(d, batch.middle_nearness + i);
+  const VF least = hn::MulAdd(hn::Set(d, view.solid_slope - 1.0F), nearness, hn::Set(d, view.solid_at));
+  hn::Store(least, d, batch.least + i);
   const auto more = [&](std::int32_t than) HWY_ATTR { return hn::Gt(looks.bends, hn::Set(di, than)); };
   const auto small = hn::AndNot(more(few_bends), hn::RebindMask(di, smallness.small));
-  const auto tiny = hn::AndNot(more(1), hn::RebindMask(di, setTiny(looks, smallness, i, batch)));
+  const auto tiny = hn::AndNot(more(1), hn::RebindMask(di, setTiny(looks, smallness, middle, i, batch)));
+  if (!hn::AllFalse(di, hn::AndNot(tiny, small))) setSmall(smallness, middle, i, batch);
   const auto line = hn::Or(hn::Not(more(0)), hn::RebindMask(di, fits.line));
   const auto parabola = hn::RebindMask(di, fits.parabola);
   const auto byFit = [&](Kind straight, Kind curved, Kind before_bent) HWY_ATTR {

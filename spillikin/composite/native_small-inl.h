@@ -46,10 +46,42 @@ struct Smallness {
   hn::Mask<DF> thin, small;
 };
 
-// Whether the series leave out little enough of cells of such a depth as a share of their distance. `length` is a
-// cell's along a ray and `change` the scalar's, at most, and per_amid one over its extinction amid its range.
-HWY_INLINE Smallness smallness(const Looks& looks, VF length, VF change, VF per_amid, VF relative, VF shift) {
+// The middle's depth, and the scalar's change with depth in units of it (see CellBatch) in the middle of a cell's box.
+struct Middle {
+  VF depth, steep;
+  HWY_INLINE Middle(const CellBatch& batch, std::size_t i) {
+    const DF d;
+    const DIF di;
+    const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
+    const auto amidst = [&](const std::int32_t* first, const std::int32_t* last) HWY_ATTR {
+      const VF both = hn::ConvertTo(d, hn::Add(hn::Load(di, first + i), hn::Load(di, last + i)));
+      return hn::MulAdd(both, hn::Set(d, 2.0F), hn::Set(d, 2.0F));
+    };
+    const VF at = hn::MulAdd(load(batch.at[0]), amidst(batch.block_x0, batch.block_x1),
+                             hn::MulAdd(load(batch.at[1]), amidst(batch.block_y0, batch.block_y1), load(batch.at[2])));
+    depth = hn::Mul(hn::Set(d, 0.5F), reciprocal(load(batch.half_per_middle)));
+    steep = batch.parallel ? hn::Neg(load(batch.apex)) : hn::Sub(at, load(batch.apex));
+  }
+};
+
+// Whether the series leave out little enough of the cells from i on. `length` is a cell's along a ray and `change` the
+// scalar's, at most.
+HWY_INLINE Smallness smallnessOf(const TileView& view, const Looks& looks, VF length, VF change, const Middle& middle,
+                                 std::size_t i, const CellBatch& batch) {
+  const DF d;
   const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
+  const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
+  const VF amid = hn::Max(hn::Mul(set(0.5F), hn::Add(looks.at_lo, looks.at_hi)), set(1e-30F));
+  const VF per_amid = reciprocal(amid), per_middle = load(batch.half_per_middle);
+  const VF depth_per_nearness = batch.parallel ? set(1.0F) : hn::Mul(middle.depth, middle.depth);
+  const VF relative = batch.parallel ? hn::Zero(d) : hn::Mul(load(batch.thickness), hn::Add(per_middle, per_middle));
+  const VF of_square = batch.parallel ? hn::Zero(d) : hn::Mul(hn::Mul(depth_per_nearness, set(0.25F)), middle.steep);
+  // Half of a fragment's change in the scalar, over its extent in nearness.
+  const VF half = hn::Mul(hn::Mul(middle.steep, per_middle), depth_per_nearness);
+  const VF fading = hn::Mul(hn::Mul(depth_per_nearness, set(view.longest)), amid);  // d over the extent
+  const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
+  const VF shift = hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), of_square);
+
   const VF spread = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
   const VF growth = hn::Mul(hn::Abs(hn::Mul(change, looks.extinction_slope)), per_amid);
   const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
@@ -68,58 +100,36 @@ HWY_INLINE Smallness smallness(const Looks& looks, VF length, VF change, VF per_
 }
 
 // Sets the series of the cells from i on, as SmallShading takes them: for those that are not small the numbers mean
-// nothing. `length` is a cell's along a ray, at most.
-HWY_INLINE Smallness setSmall(const TileView& view, const Looks& looks, VF length, VF change, std::size_t i,
-                              CellBatch& batch) {
+// nothing.
+HWY_INLINE void setSmall(const Smallness& small, const Middle& middle, std::size_t i, CellBatch& batch) {
   const DF d;
-  const DIF di;
-  const auto set = [&](float v) HWY_ATTR { return hn::Set(d, v); };
-  const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
-  const VF amid = hn::Max(hn::Mul(set(0.5F), hn::Add(looks.at_lo, looks.at_hi)), set(1e-30F));
-  const VF per_amid = reciprocal(amid);
-  const VF nearness = load(batch.middle_nearness), per_middle = load(batch.half_per_middle);
-  // The scalar's change with depth, in units of the middle's depth (see CellBatch): in the middle of the cell's box.
-  const auto amidst = [&](const std::int32_t* first, const std::int32_t* last) HWY_ATTR {
-    return hn::MulAdd(hn::ConvertTo(d, hn::Add(hn::Load(di, first + i), hn::Load(di, last + i))), set(2.0F), set(2.0F));
-  };
-  const VF at = hn::MulAdd(load(batch.at[0]), amidst(batch.block_x0, batch.block_x1),
-                           hn::MulAdd(load(batch.at[1]), amidst(batch.block_y0, batch.block_y1), load(batch.at[2])));
-  const VF steep = batch.parallel ? hn::Neg(load(batch.apex)) : hn::Sub(at, load(batch.apex));
+  const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
+  const auto store = [&](VF v, float* to) HWY_ATTR { hn::Store(v, d, to + i); };
+  const VF nearness = hn::Load(d, batch.middle_nearness + i);
   const VF twice = hn::Add(nearness, nearness);  // what s counts from
-  VF depth_per_nearness = set(1.0F), half_of_scalar = hn::Zero(d), relative = hn::Zero(d);
+  store(small.shift, batch.shift);
   if (batch.parallel) {
-    hn::Store(nearness, d, batch.turn[0] + i);
-    hn::Store(set(-0.5F), d, batch.turn[1] + i);
-    hn::Store(hn::Zero(d), d, batch.turn[2] + i);
-    hn::Store(set(1.0F), d, batch.depth[0] + i);
-    for (auto& none : {batch.depth[1], batch.depth[2], batch.depth_square})
-      hn::Store(hn::Zero(d), d, none + i);
-  } else {
-    // 1 / m is the middle's depth.
-    const VF depth = hn::Mul(set(0.5F), reciprocal(per_middle));
-    const VF half = hn::Mul(set(0.5F), depth);
-    const VF square = hn::Mul(half, half);
-    relative = hn::Mul(load(batch.thickness), hn::Add(per_middle, per_middle));
-    hn::Store(hn::Mul(twice, hn::MulAdd(twice, square, half)), d, batch.turn[0] + i);
-    hn::Store(hn::Neg(hn::MulAdd(hn::Add(twice, twice), square, half)), d, batch.turn[1] + i);
-    hn::Store(square, d, batch.turn[2] + i);
-    depth_per_nearness = hn::Mul(depth, depth);
-    const VF cube = hn::Mul(depth_per_nearness, depth);
-    const VF fourth = hn::Mul(depth_per_nearness, square);
-    const VF thrice = hn::Mul(set(3.0F), fourth);
-    hn::Store(hn::MulAdd(twice, hn::MulAdd(twice, thrice, cube), depth_per_nearness), d, batch.depth[0] + i);
-    hn::Store(hn::Neg(hn::MulAdd(hn::Add(twice, twice), thrice, cube)), d, batch.depth[1] + i);
-    hn::Store(thrice, d, batch.depth[2] + i);
-    hn::Store(fourth, d, batch.depth_square + i);
-    half_of_scalar = hn::Mul(square, steep);
+    store(nearness, batch.turn[0]);
+    store(set(-0.5F), batch.turn[1]);
+    store(set(1.0F), batch.depth[0]);
+    for (auto& none : {batch.turn[2], batch.depth[1], batch.depth[2], batch.depth_square})
+      store(hn::Zero(d), none);
+    return;
   }
-  // Half of a fragment's change in the scalar, over its extent in nearness.
-  const VF half = hn::Mul(hn::Mul(steep, per_middle), depth_per_nearness);
-  const VF fading = hn::Mul(hn::Mul(depth_per_nearness, set(view.longest)), amid);  // d over the extent
-  const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
-  const VF shift = hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), half_of_scalar);
-  hn::Store(shift, d, batch.shift + i);
-  return smallness(looks, length, change, per_amid, relative, shift);
+  const VF depth = middle.depth;
+  const VF half = hn::Mul(set(0.5F), depth);
+  const VF square = hn::Mul(half, half);
+  store(hn::Mul(twice, hn::MulAdd(twice, square, half)), batch.turn[0]);
+  store(hn::Neg(hn::MulAdd(hn::Add(twice, twice), square, half)), batch.turn[1]);
+  store(square, batch.turn[2]);
+  const VF per_nearness = hn::Mul(depth, depth);
+  const VF cube = hn::Mul(per_nearness, depth);
+  const VF fourth = hn::Mul(per_nearness, square);
+  const VF thrice = hn::Mul(set(3.0F), fourth);
+  store(hn::MulAdd(twice, hn::MulAdd(twice, thrice, cube), per_nearness), batch.depth[0]);
+  store(hn::Neg(hn::MulAdd(hn::Add(twice, twice), thrice, cube)), batch.depth[1]);
+  store(thrice, batch.depth[2]);
+  store(fourth, batch.depth_square);
 }
 
 // Adds the bends at the ends of the pieces from the first on; `change` is half of the scalar's along the fragment.
@@ -147,7 +157,7 @@ class SmallShading {
       : colors_(batch, i),
         pieces_(view.screen->pieces().data() + batch.first_piece[i]),
         amid_(batch.amid[i]),
-        least_(hn::Set(DF(), view.solid_at + (view.solid_slope - 1.0F) * batch.middle_nearness[i])) {
+        least_(hn::Set(DF(), batch.least[i])) {
     const DF d;
     x_ = hn::Set(d, batch.at[0][i]);
     y_ = hn::Set(d, batch.at[1][i]);

@@ -31,9 +31,10 @@ constexpr float tiny_left_out = 8e-4F;
 // A cell's depth as a share of its distance, at most: of depths, half of its square is left out.
 constexpr float tiny_relative_depth = 0.03F;
 
-// Sets what TinyShading takes of the cells from i on, after setSmall() and setColors(). Returns those that are tiny:
+// Sets what TinyShading takes of the cells from i on, after setColors(). Returns those that are tiny:
 // for all others the numbers mean nothing.
-HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, std::size_t i, CellBatch& batch) {
+HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, const Middle& middle, std::size_t i,
+                                CellBatch& batch) {
   const DF d;
   const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
   const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
@@ -44,11 +45,10 @@ HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, std:
   VF steep = hn::Neg(load(batch.apex)), turn = set(-0.5F), per_nearness = set(1.0F), per_sum = hn::Zero(d);
   VF depth = per_nearness;
   if (!batch.parallel) {
-    const VF middle = hn::Mul(set(0.5F), reciprocal(load(batch.half_per_middle)));
     steep = hn::Sub(amid, load(batch.apex));
-    turn = hn::Mul(set(-0.5F), middle);
-    per_nearness = hn::Mul(middle, middle);
-    per_sum = hn::Neg(hn::Mul(per_nearness, middle));
+    turn = hn::Mul(set(-0.5F), middle.depth);
+    per_nearness = hn::Mul(middle.depth, middle.depth);
+    per_sum = hn::Neg(hn::Mul(per_nearness, middle.depth));
     // Half of what the squares of s and e add to a depth, where it is not short, goes to all.
     depth = hn::MulAdd(hn::Mul(relative, set(0.125F)), per_nearness, hn::NegMulAdd(twice, per_sum, per_nearness));
   }
@@ -91,7 +91,7 @@ class TinyShading {
     origin_ = set(batch.origin[i]);
     depth_ = set(batch.tiny_depth[0][i]);
     depth_slope_ = set(batch.tiny_depth[1][i]);
-    least_ = set(view.solid_at + (view.solid_slope - 1.0F) * batch.middle_nearness[i]);
+    least_ = set(batch.least[i]);
     change_ = set(batch.half_change[i] * (run == Run::parabola ? third_per_half : 1.0F));
   }
 
