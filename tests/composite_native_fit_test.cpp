@@ -83,6 +83,22 @@ TEST(CompositeNativeFit, PicturesOfTinyCellsStayWithinHalfADisplayStep) {
   }
 }
 
+// Extinction that rises and falls within some cells: what is left out of the scalar shows in the depth.
+TEST(CompositeNativeFit, TinyCellsOnSteepSlopesOfExtinction) {
+  Subject s(tetrahedronGrid(12, 0.15, 5), "", "viridis", 1.0);
+  std::vector<integrate::ControlPoint> teeth;
+  constexpr int ends = 9;
+  for (int k = 0; k < ends; ++k) {
+    const double value = s.field.lo + (s.field.hi - s.field.lo) * k / (ends - 1);
+    teeth.push_back({value, {1.0, 1.0, 1.0}, k % 2 == 0 ? 0.0 : 0.2});
+  }
+  s.tf = integrate::TransferFunction(teeth);
+  View view = viewOf(s, {1.0, 0.6, 0.8}, 28, 21, 5.0);
+  expectExact(s, view);
+  view.parallel_scale = 0.8;
+  expectExact(s, view);
+}
+
 // Depths of tiny cells are of the first order, those of all cells along a ray still the chord.
 TEST(CompositeNativeFit, TinyCellsAddUpToChords) {
   const Subject s = uniform(tetrahedronGrid(12, 0.15, 5), 0.1);

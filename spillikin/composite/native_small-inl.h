@@ -40,9 +40,10 @@ constexpr float small_left_out = 4e-4F;
 constexpr float small_relative_depth = 0.05F;
 
 // What is known of a vector of cells as small ones: the depth as a share of the distance, the scalar's shift (see
-// above), what the series leave out of a colour at most, and which cells are thin enough for short series and small.
+// above), extinction's slope as a share of what it is amid the range, what the series leave out of a colour at most,
+// and which cells are thin enough for short series and small.
 struct Smallness {
-  VF relative, shift, left_out;
+  VF relative, shift, extinction_slope, left_out;
   hn::Mask<DF> thin, small;
 };
 
@@ -79,11 +80,12 @@ HWY_INLINE Smallness smallnessOf(const TileView& view, const Looks& looks, VF le
   // Half of a fragment's change in the scalar, over its extent in nearness.
   const VF half = hn::Mul(hn::Mul(middle.steep, per_middle), depth_per_nearness);
   const VF fading = hn::Mul(hn::Mul(depth_per_nearness, set(view.longest)), amid);  // d over the extent
-  const VF growing = hn::Mul(hn::Mul(hn::Add(half, half), looks.extinction_slope), per_amid);
+  const VF slope = hn::Mul(looks.extinction_slope, per_amid);
+  const VF growing = hn::Mul(hn::Add(half, half), slope);
   const VF shift = hn::MulAdd(hn::Mul(half, set(1.0F / 6)), hn::Sub(growing, fading), of_square);
 
   const VF spread = hn::Mul(hn::Abs(hn::Sub(looks.at_hi, looks.at_lo)), per_amid);
-  const VF growth = hn::Mul(hn::Abs(hn::Mul(change, looks.extinction_slope)), per_amid);
+  const VF growth = hn::Mul(change, hn::Abs(slope));
   const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
   // Of a colour on a line, what comes of the series' cubes, of taking the middle's extinction for a fragment's, and of
   // the fading's own square; of a bend, its tilt and bow where part of a fragment lies beyond it.
@@ -96,7 +98,7 @@ HWY_INLINE Smallness smallnessOf(const TileView& view, const Looks& looks, VF le
   const VF left_out = hn::Mul(change, hn::MulAdd(looks.steepest, line, bends));
   const auto near_enough = hn::And(hn::Le(left_out, set(small_left_out)), hn::Le(relative, set(small_relative_depth)));
   const auto thin = hn::And(hn::Lt(depth, set(thin_depth)), hn::Le(spread, set(1.0F)));
-  return {relative, shift, left_out, thin, hn::And(thin, near_enough)};
+  return {relative, shift, slope, left_out, thin, hn::And(thin, near_enough)};
 }
 
 // Sets the series of the cells from i on, as SmallShading takes them: for those that are not small the numbers mean

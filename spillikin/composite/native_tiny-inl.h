@@ -67,8 +67,12 @@ HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, cons
   hn::Store(hn::Mul(hn::Abs(steep), hn::Mul(load(batch.half_per_middle), per_nearness)), d, batch.half_change + i);
   // The other half, and how far the change with depth may be from that amid the range.
   const VF unsteady = hn::Mul(hn::Mul(looks.range, small.relative), set(0.25F));
-  const VF line = hn::MulAdd(hn::Abs(turned), set(3.0F), hn::Add(unsteady, hn::Abs(bowed)));
-  const VF left_out = hn::MulAdd(looks.steepest, line, small.left_out);
+  const VF mean = hn::MulAdd(hn::Abs(turned), set(3.0F), unsteady);
+  const VF of_colors = hn::MulAdd(looks.steepest, hn::Add(mean, hn::Abs(bowed)), small.left_out);
+  // Extinction is taken at the colours' scalar, all of its shift included. A depth m that is off by a share of it moves
+  // the opacity by that times m exp(-m), 0.37 at most.
+  const VF of_depths = hn::Mul(hn::Abs(small.extinction_slope), hn::MulAdd(hn::Abs(bowed), set(8.0F), mean));
+  const VF left_out = hn::MulAdd(of_depths, set(0.37F), of_colors);
   return hn::And(small.thin,
                  hn::And(hn::Le(left_out, set(tiny_left_out)), hn::Le(small.relative, set(tiny_relative_depth))));
 }
