@@ -150,16 +150,40 @@ HWY_INLINE void addBends(const Piece* pieces, float amid, const V& value, const 
   }
 }
 
+// Over a small cell the least extent that proves anything is one number.
+class SmallCheck {
+ public:
+  HWY_INLINE SmallCheck(const CellBatch& batch, std::size_t i) : least_(hn::Set(DF(), batch.least[i])) {}
+
+  template <class V, class M, class At>
+  HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& /*inside*/,
+                        const At& first, Pixels& pixels) const {
+    certificate.checkSolid(near, far, wide::Gt(wide::Sub(near, far), least_), first, pixels);
+  }
+
+ private:
+  VF least_;
+};
+
+// Takes what a thin fragment of optical depth `depth` fades off the light that is left. Returns that.
+template <class V, class At>
+HWY_INLINE V fade(const V& depth, const At& first, Pixels& pixels) {
+  const V light = wide::load(pixels.light.data(), first);
+  const V faded = wide::Mul(light, ShortSeries::alpha(depth));
+  wide::store(wide::Sub(light, faded), pixels.light.data(), first);
+  return faded;
+}
+
 // Blends the fragments of a small cell, over so many bends of the colour; or over a parabola.
 template <bool Parallel, int bends, bool curved = false>
-class SmallShading {
+class SmallShading : public SmallCheck {
  public:
   static constexpr bool short_chain = false;
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : colors_(batch, i),
+      : SmallCheck(batch, i),
+        colors_(batch, i),
         pieces_(view.screen->pieces().data() + batch.first_piece[i]),
-        amid_(batch.amid[i]),
-        least_(hn::Set(DF(), batch.least[i])) {
+        amid_(batch.amid[i]) {
     const DF d;
     x_ = hn::Set(d, batch.at[0][i]);
     y_ = hn::Set(d, batch.at[1][i]);
@@ -172,13 +196,6 @@ class SmallShading {
     depth_square_ = hn::Set(d, batch.depth_square[i]);
     shift_ = hn::Set(d, batch.shift[i]);
     per_middle_ = hn::Set(d, batch.half_per_middle[i] * (curved ? third_per_half : 1.0F));
-  }
-
-  // Over so small a cell the least extent that proves anything is one number.
-  template <class V, class M, class At>
-  HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& /*inside*/,
-                        const At& first, Pixels& pixels) const {
-    certificate.checkSolid(near, far, wide::Gt(wide::Sub(near, far), least_), first, pixels);
   }
 
   template <class V, class M, class At>
@@ -199,9 +216,7 @@ class SmallShading {
     const V in_world = wide::Mul(length, wide::load(pixels.length.data(), first));
     // Outside of the cell, numbers may have no end, and nothing of them must be left.
     const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(mean)));
-    const V light = wide::load(pixels.light.data(), first);
-    const V a = wide::Mul(light, ShortSeries::alpha(depth));
-    wide::store(wide::Sub(light, a), pixels.light.data(), first);
+    const V a = fade(depth, first, pixels);
     const V value = wide::MulAdd(squared, shift_, mean);
     Light<V> sum_of(pixels, first);
     if constexpr (curved || bends > 0) {
@@ -218,7 +233,7 @@ class SmallShading {
   Colors<curved> colors_;
   const Piece* pieces_;
   float amid_;
-  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_, least_;
+  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_;
 };
 
 }  // namespace

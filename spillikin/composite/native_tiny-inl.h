@@ -82,11 +82,14 @@ enum class Run { line, parabola, bend };
 
 // Blends the fragments of a tiny cell.
 template <Run run>
-class TinyShading {
+class TinyShading : public SmallCheck {
  public:
   static constexpr bool short_chain = true;
   HWY_INLINE TinyShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : colors_(batch, i), pieces_(view.screen->pieces().data() + batch.first_piece[i]), amid_(batch.amid[i]) {
+      : SmallCheck(batch, i),
+        colors_(batch, i),
+        pieces_(view.screen->pieces().data() + batch.first_piece[i]),
+        amid_(batch.amid[i]) {
     const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
     x_ = set(batch.at[0][i]);
     y_ = set(batch.at[1][i]);
@@ -95,14 +98,7 @@ class TinyShading {
     origin_ = set(batch.origin[i]);
     depth_ = set(batch.tiny_depth[0][i]);
     depth_slope_ = set(batch.tiny_depth[1][i]);
-    least_ = set(batch.least[i]);
     change_ = set(batch.half_change[i] * (run == Run::parabola ? third_per_half : 1.0F));
-  }
-
-  template <class V, class M, class At>
-  HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& /*inside*/,
-                        const At& first, Pixels& pixels) const {
-    certificate.checkSolid(near, far, wide::Gt(wide::Sub(near, far), least_), first, pixels);
   }
 
   template <class V, class M, class At>
@@ -114,9 +110,7 @@ class TinyShading {
     const V per = wide::MulAdd(depth_slope_, wide::Add(near, far), depth_);
     const V in_world = wide::Mul(wide::Mul(extent, wide::load(pixels.length.data(), first)), per);
     const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(value)));
-    const V light = wide::load(pixels.light.data(), first);
-    const V a = wide::Mul(light, ShortSeries::alpha(depth));
-    wide::store(wide::Sub(light, a), pixels.light.data(), first);
+    const V a = fade(depth, first, pixels);
     Light<V> sum(pixels, first);
     const V change = wide::Mul(extent, change_);
     colors_.add(value, change, a, inside, sum);
@@ -128,7 +122,7 @@ class TinyShading {
   Colors<run == Run::parabola> colors_;
   const Piece* pieces_;
   float amid_;
-  VF x_, y_, near_, far_, origin_, depth_, depth_slope_, least_, change_;
+  VF x_, y_, near_, far_, origin_, depth_, depth_slope_, change_;
 };
 
 }  // namespace
