@@ -28,6 +28,7 @@ constexpr double degrees_per_frame = 4.0;
 // Views of a round: the first is drawn by all, so that their data are in the caches, and is not counted; of the others
 // Spillikin draws each and a peer, whose frames take long, one.
 constexpr std::size_t views_per_round = 4, view_of_peers = 2;
+constexpr std::size_t own_frames_per_round = views_per_round - 1;
 // What an order is to be faster than VTK's by, on a million tetrahedra.
 constexpr double mpvo_target = 3.0, power_target = 8.0;
 
@@ -156,7 +157,7 @@ Json measureSorts(const mesh::Mesh& tetrahedra, const VtkMesh& grid, const View&
     const Spent theirs = spentOn([&] { grid.sortByDepth(walk.next()); });
     if (round >= 0) vtk.add(theirs);
     for (Own& own : all) {
-      for (std::size_t i = 1; i < views_per_round; ++i) {
+      for (std::size_t i = 0; i < own_frames_per_round; ++i) {
         const Viewpoint at = viewpoint(walk.next());
         const Spent spent = spentOn([&] { (*own.sorter)(at, order); });
         if (round >= 0) own.frames.add(spent);
@@ -311,16 +312,16 @@ std::string speedTables(const Json& all) {
   return fmt::format(
       "## Beside VTK {0}\n\n{1}² pixels, perspective, a new viewpoint each frame (azimuth +{2:.0f}°), the default "
       "colour map; median of {3} frames of each peer and {4} of Spillikin (`native`, `--sort auto`), in turn and of "
-      "the "
-      "same views, in one run; the first frame of a turn, which finds another's data in the caches, is not counted. A "
+      "the same "
+      "views, in one run; the first frame of a turn, which finds another's data in the caches, is not counted. A "
       "ratio is the peer's time over Spillikin's on the wall; in brackets the same of the processor seconds of all "
       "cores, which other programs on the machine disturb less. VTK draws the hexahedra as tetrahedra. A peer whose "
       "frame takes longer than {5:.0f} s is given up; ZSweep is drawn once, cold, where a frame takes more than a "
-      "tenth "
-      "of that.\n\n{6}\n"
+      "tenth of "
+      "that.\n\n{6}\n"
       "{7}",
       all["vtk"].get<std::string>(), all["size"].get<int>(), degrees_per_frame, all["rounds"].get<int>(),
-      (views_per_round - 1) * all["rounds"].get<std::size_t>(), all["limit_seconds"].get<double>(), frameTable(all),
+      own_frames_per_round * all["rounds"].get<std::size_t>(), all["limit_seconds"].get<double>(), frameTable(all),
       orderTables(all));
 }
 

@@ -228,10 +228,9 @@ struct CellBatch {
   alignas(64) PerCell<std::int32_t> straddles;  // the eye plane runs through the cell
   alignas(64) PerCell<float> slope;             // of nearness over the tile, on the steepest face
   alignas(64) PerCell<Kind> kind;
-  // Of small cells, see native_small-inl.h and, for the second line, native_tiny-inl.h.
-  alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;
-  alignas(64) PerCell<float> least;  // extent that proves anything
-  alignas(64) PerCell<float> per_near, per_far, origin, tiny_depth[2], half_change;
+  alignas(64) PerCell<float> least;                                   // extent of a small cell's that proves anything
+  alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;  // of small cells, see native_small-inl.h
+  alignas(64) PerCell<float> per_near, per_far, origin, tiny_depth[2], half_change;  // see native_tiny-inl.h
   // What small cells show, as functions of the scalar less `amid`, the middle of its range (see native_fit-inl.h).
   alignas(64) PerCell<float> amid, extinction, extinction_slope;
   alignas(64) PerCell<float> color[3], color_slope[3], color_curve[3];
