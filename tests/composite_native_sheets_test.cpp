@@ -174,6 +174,37 @@ TEST(CompositeNativeSheets, PicturesOfMixedCells) {
   }
 }
 
+// Small cells, over which the field is anything from linear to noise: linear enough or not, no pixel is off by more
+// than what the bounds allow.
+TEST(CompositeNativeSheets, FieldsThatAreNotQuiteLinear) {
+  constexpr double n = 9.0, half_step = 0.5 * step;
+  constexpr unsigned seed = 23;
+  SCOPED_TRACE(seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (const double noise : {0.0, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2}) {
+    for (const bool mixed : {false, true}) {
+      mesh::Source source = mixed ? mixedGrid(9, 0.1, seed) : hexahedronGrid(9, 0.1, seed);
+      source.arrays.clear();
+      addPointArray(source, "value",
+                    [&](const Vec3& p) { return (p.x + 0.6 * p.y - 0.4 * p.z) / n + 2.0 * noise * any(random); });
+      Subject s(source, "", "viridis", 1.0);
+      std::vector<integrate::ControlPoint> look;
+      for (const double v : {0.0, 0.3, 0.35, 0.8, 1.0}) {
+        const double value = s.field.lo + v * (s.field.hi - s.field.lo);
+        look.push_back({value, {any(random), any(random), any(random)}, 0.3 * (0.1 + v)});
+      }
+      s.tf = integrate::TransferFunction(look);
+      View view = viewOf(s, {1.0, 0.6, 0.8}, 40, 33, 5.0);
+      for (const double scale : {0.0, 0.8}) {
+        SCOPED_TRACE(testing::Message() << "noise " << noise << (mixed ? ", mixed" : "") << ", scale " << scale);
+        view.parallel_scale = scale;
+        expectExact(s, view, sort::Algorithm::mpvo, half_step);
+      }
+    }
+  }
+}
+
 // Hexahedra with faces that are bent as far as the mesh allows, seen from all around: some are no bodies of planes, on
 // some a ray has two intervals, some are cut.
 TEST(CompositeNativeSheets, StronglyTwistedCells) {

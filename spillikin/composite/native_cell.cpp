@@ -218,7 +218,37 @@ void CellShape::spans(double x, double y, std::vector<Span>& out) {
     const Crossing& b = crossings_[i + 1];
     out.push_back({a.depth, b.depth, a.value, b.value});
   }
+  keepShare(x, y, out);
   trim(x, y, out);
+}
+
+namespace {
+
+// Whether a ray at this depth is in a half-space, or in its plane and goes on to that side. Of a half-space and its
+// counterpart one or the other holds, to the bit.
+bool contains(const sort::HalfSpace& keep, const Limit& limit, double depth) {
+  const double height = limit.at + limit.slope * depth;
+  if (height != 0.0) return height > 0.0;
+  for (const double sign : {limit.slope, keep.normal.x, keep.normal.y, keep.normal.z}) {
+    if (sign != 0.0) return sign > 0.0;
+  }
+  return true;
+}
+
+}  // namespace
+
+// Of a piece of the cell, what is its own to draw (see native_piece_share-inl.h): the middle is that of nearness.
+void CellShape::keepShare(double x, double y, std::vector<Span>& out) const {
+  for (const sort::HalfSpace& h : keep_) {
+    const Limit limit = screen_->limit(h, x, y);
+    const auto of_others = [&](const Span& s) {
+      if (screen_->parallel()) return !contains(h, limit, 0.5 * (s.near + s.far));
+      const double near = std::max(s.near, 0.0);  // no sooner than the ray itself
+      const double sum = near + s.far;
+      return !contains(h, limit, sum > 0.0 ? 2.0 * near * s.far / sum : 0.0);
+    };
+    out.erase(std::remove_if(out.begin(), out.end(), of_others), out.end());
+  }
 }
 
 // The field runs on as if nothing had been cut: the scalar at a trimmed end is the line's value there.
@@ -236,8 +266,6 @@ void CellShape::trim(double x, double y, std::vector<Span>& out) const {
     }
   };
   for (const sort::HalfSpace& h : screen_->clips())
-    apply(h);
-  for (const sort::HalfSpace& h : keep_)
     apply(h);
   std::size_t kept = 0;
   for (const Span& s : out) {

@@ -33,8 +33,8 @@ class CellShape {
   // The pixels of `window` whose centres the cell may cover.
   Box pixels(const Box& window) const;
 
-  // The intervals on the ray through image position (x, y), near to far, trimmed by the eye, the clip planes and the
-  // piece's half-spaces; `out` is overwritten. Depths on a triangle are the same to the bit from both its cells.
+  // The intervals on the ray through image position (x, y), near to far, that are the piece's to draw, trimmed by the
+  // eye and the clip planes; `out` is overwritten. Depths on a triangle are the same to the bit from both its cells.
   void spans(double x, double y, std::vector<Span>& out);
 
   // A boundary triangle, its corners in the order of their ids.
@@ -62,6 +62,7 @@ class CellShape {
   bool positive(double at, const Vec3& size, mesh::Id a, mesh::Id b, const Vec3& ray) const;
   std::array<double, 3> exactWeights(const Triangle& triangle, const Vec3& ray) const;
   bool cross(const Triangle& triangle, const Vec3& ray, Crossing& out) const;
+  void keepShare(double x, double y, std::vector<Span>& out) const;
   void trim(double x, double y, std::vector<Span>& out) const;
 
   const Screen* screen_ = nullptr;

@@ -50,9 +50,10 @@ HWY_INLINE RampFit parabolaForRamp(VF bend) {
           hn::Mul(above, polynomial(u, {0.0637F, 0.2902F, -0.3868F, 0.5873F}))};
 }
 
-// Which cells from i on a polynomial does for.
+// Which cells from i on a polynomial does for, and how far it may be from the colour where one does.
 struct Fits {
   hn::Mask<DF> line, parabola;
+  VF left_out;
 };
 
 // Sets the colours and the extinction of the cells from i on. Where they do not bend, or no polynomial does, they are
@@ -67,7 +68,7 @@ HWY_INLINE Fits setColors(const Screen& screen, const Looks& looks, std::size_t 
   const VF amid = hn::Add(lo, half);
   VF kink[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   RampFit fit{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-  Fits fits{hn::MaskFromVec(hn::Zero(d)), hn::MaskFromVec(hn::Zero(d))};
+  Fits fits{hn::MaskFromVec(hn::Zero(d)), hn::MaskFromVec(hn::Zero(d)), hn::Zero(d)};
   const auto one = hn::RebindMask(d, hn::Eq(looks.bends, hn::Set(di, 1)));
   if (!hn::AllFalse(d, one)) {
     for (std::size_t c = 0; c < 3; ++c)
@@ -82,6 +83,7 @@ HWY_INLINE Fits setColors(const Screen& screen, const Looks& looks, std::size_t 
     fits.parabola = hn::AndNot(fits.line, within(parabola.error));
     const auto either = [&](VF a, VF b)
                             HWY_ATTR { return hn::IfThenElse(fits.line, a, hn::IfThenElseZero(fits.parabola, b)); };
+    fits.left_out = hn::Mul(most, either(line.error, parabola.error));
     fit.at = hn::Mul(half, either(line.at, parabola.at));
     fit.slope = either(line.slope, parabola.slope);
     fit.curve = hn::Mul(per_half, hn::IfThenElseZero(fits.parabola, parabola.curve));

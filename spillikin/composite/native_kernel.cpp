@@ -16,6 +16,7 @@
 #include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_crossing-inl.h"
+#include "spillikin/composite/native_paint-inl.h"
 #include "spillikin/composite/native_setup-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
 #include "spillikin/composite/native_small-inl.h"
@@ -62,26 +63,7 @@ class Shading {
 template <class Shade>
 HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellBatch& batch, std::size_t i, std::uint64_t blocks,
                                    Pixels& pixels) {
-  const Shade shade(view, batch, i);
-  const Crossing crossing(batch, i, limited(view, batch, i));
-  const Certificate certificate(view);
-  std::size_t fragments = 0;
-  const auto paint = [&](const auto& first) HWY_ATTR {
-    const auto x = centresX(first), y = centresY(first);
-    std::remove_const_t<decltype(x)> near, far;
-    crossing(x, y, first, pixels, near, far);
-    const auto inside = wide::Gt(near, far);
-    fragments += wide::CountTrue(inside);
-    shade.check(certificate, near, far, inside, first, pixels);
-    shade.blend(near, far, inside, x, y, first, pixels);
-  };
-  // Of a short chain of operations a core works on several at once by itself, with fewer registers.
-  if constexpr (Shade::short_chain) {
-    byBlocks(blocks, paint);
-  } else {
-    byTwoBlocks(blocks, paint);
-  }
-  return fragments;
+  return paintCrossed<Shade>(Crossing(batch, i, limited(view, batch, i)), view, batch, i, blocks, pixels);
 }
 
 template <bool Parallel>

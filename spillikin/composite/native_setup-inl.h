@@ -20,8 +20,7 @@
 #include "spillikin/composite/native_blocks-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
-#include "spillikin/composite/native_small-inl.h"
-#include "spillikin/composite/native_tiny-inl.h"
+#include "spillikin/composite/native_kinds-inl.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -243,84 +242,6 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
-// By how much the scalar changes along a ray in the cells from i on, at most: steepness (see CellBatch) is what the
-// scalar at any depth is above the apex, times middle over that depth.
-HWY_INLINE VF changeAlongRays(const CellBatch& batch, std::size_t i) {
-  const DF d;
-  const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
-  const VF chord = load(batch.chord), apex = load(batch.apex);
-  if (batch.parallel) return hn::Mul(hn::Abs(apex), chord);
-  const VF steep = hn::Max(hn::Abs(hn::Sub(load(batch.lo), apex)), hn::Abs(hn::Sub(load(batch.hi), apex)));
-  const VF half_per_middle = load(batch.half_per_middle);
-  // The front's depth over the middle's; 0 where the eye's plane runs through the cell.
-  const VF front = hn::NegMulAdd(load(batch.thickness), half_per_middle, hn::Set(d, 1.0F));
-  const VF per_middle = hn::Add(half_per_middle, half_per_middle);
-  return hn::Div(hn::Mul(hn::Mul(steep, chord), per_middle), hn::Max(front, hn::Set(d, 1e-30F)));
-}
-
-HWY_INLINE hn::Vec<DIF> kindNumber(Kind kind) {
-  return hn::Set(DIF(), static_cast<std::int32_t>(kind));
-}
-
-// Of cells that a short series does for: tiny and small ones, where `exact` has how all others are shaded.
-HWY_INLINE hn::Vec<DIF> thinKinds(const TileView& view, Looks looks, VF length, VF change, hn::Vec<DIF> exact,
-                                  std::size_t i, CellBatch& batch) {
-  const DF d;
-  const DIF di;
-  const Fits fits = setColors(*view.screen, looks, i, batch);
-  // A parabola runs steeper than the colour that it stands for, by up to half of the bend.
-  looks.steepest = hn::MulAdd(hn::IfThenElseZero(fits.parabola, looks.bend), hn::Set(d, 0.5F), looks.steepest);
-  const Middle middle(batch, i);
-  const Smallness smallness = smallnessOf(view, looks, length, change, middle, i, batch);
-  const VF nearness = hn::Load(d, batch.middle_nearness + i);
-  const VF least = hn::MulAdd(hn::Set(d, view.solid_slope - 1.0F), nearness, hn::Set(d, view.solid_at));
-  hn::Store(least, d, batch.least + i);
-  const auto more = [&](std::int32_t than) HWY_ATTR { return hn::Gt(looks.bends, hn::Set(di, than)); };
-  const auto small = hn::AndNot(more(few_bends), hn::RebindMask(di, smallness.small));
-  const auto tiny = hn::AndNot(more(1), hn::RebindMask(di, setTiny(looks, smallness, middle, i, batch)));
-  if (!hn::AllFalse(di, hn::AndNot(tiny, small))) setSmall(smallness, middle, i, batch);
-  const auto line = hn::Or(hn::Not(more(0)), hn::RebindMask(di, fits.line));
-  const auto parabola = hn::RebindMask(di, fits.parabola);
-  const auto byFit = [&](Kind straight, Kind curved, Kind before_bent) HWY_ATTR {
-    const auto bent = hn::Add(looks.bends, kindNumber(before_bent));
-    return hn::IfThenElse(line, kindNumber(straight), hn::IfThenElse(parabola, kindNumber(curved), bent));
-  };
-  const auto kind = hn::IfThenElse(small, byFit(Kind::small, Kind::small_curved, Kind::small), exact);
-  return hn::IfThenElse(tiny, byFit(Kind::tiny, Kind::tiny_curved, Kind::tiny_curved), kind);
-}
-
-// The kinds of the cells from i on as kindOf() and Look::care() have them, where extinction is one line over the cell
-// and that is enough to tell; `decided` says where. `length` is a cell's along a ray, at most.
-HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size_t i, CellBatch& batch,
-                                      hn::Mask<DF>& decided) {
-  const DF d;
-  const DIF di;
-  const Looks looks(*view.screen, batch, i);
-  const VF change = hn::Min(looks.range, changeAlongRays(batch, i));
-  const VF depth = hn::Mul(hn::Max(looks.at_lo, looks.at_hi), length);
-  const VF slope = hn::Mul(hn::Abs(looks.extinction_slope), change);
-  const VF growth = hn::Mul(slope, length);
-  const VF bend = hn::Mul(change, looks.bend);
-  const VF least = hn::MulAdd(slope, hn::Set(d, 0.5F), hn::Min(looks.at_lo, looks.at_hi));
-  const VF left_out = hn::Mul(bend, bowLeftOut(depth, growth, slope, least));
-  decided = hn::And(hn::And(hn::RebindMask(d, looks.straight), hn::Lt(depth, hn::Set(d, deep_depth))),
-                    hn::And(hn::Le(bend, hn::Set(d, most_bend)), hn::Le(left_out, hn::Set(d, bend_left_out))));
-
-  const auto some = hn::Gt(looks.bends, hn::Set(di, few_bends));
-  const auto counted = [&](Kind none, Kind many) HWY_ATTR {
-    return hn::IfThenElse(some, kindNumber(many), hn::Add(looks.bends, kindNumber(none)));
-  };
-  const auto one = hn::Eq(looks.bends, hn::Set(di, 1));
-  const auto none = hn::Eq(looks.bends, hn::Zero(di));
-  const VF tilted = hn::Mul(bend, tiltLeftOut(depth, growth));
-  const auto flat = hn::And(one, hn::RebindMask(di, hn::Le(tilted, hn::Set(d, bend_left_out))));
-  auto thin = hn::IfThenElse(flat, kindNumber(Kind::bend), counted(Kind::bend, Kind::bends));
-  thin = hn::IfThenElse(none, kindNumber(Kind::none), thin);
-  thin = thinKinds(view, looks, length, change, thin, i, batch);
-  const auto is_thin = hn::And(hn::Lt(depth, hn::Set(d, thin_depth)), hn::Lt(growth, hn::Set(d, thin_growth)));
-  return hn::IfThenElse(hn::RebindMask(di, is_thin), thin, counted(Kind::long0, Kind::longs));
-}
-
 // A cell so flat that the rounding of a depth moves the scalar noticeably takes full care.
 HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& batch) {
   const DF d;
@@ -329,14 +250,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
   const auto peaks = hn::Ne(hn::Set(di, view.peaks ? 1 : 0), hn::Zero(di));
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
     const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
-    VF steep = hn::Abs(load(batch.apex));
-    if (!batch.parallel) {
-      steep =
-          hn::MulAdd(hn::Add(hn::Abs(load(batch.at[0])), hn::Abs(load(batch.at[1]))),
-                     hn::Set(d, static_cast<float>(tile_size)), hn::Abs(hn::Sub(load(batch.at[2]), load(batch.apex))));
-    }
-    const auto steady = hn::Le(hn::Mul(steep, hn::Set(d, view.rounding)),
-                               hn::Mul(hn::Set(d, 0.02F), hn::Sub(load(batch.hi), load(batch.lo))));
+    const auto steady = steadyCells(view, i, batch);
     VF steepest = hn::Set(d, view.steepest);
     if (view.relative) steepest = hn::Mul(hn::Add(steepest, steepest), load(batch.half_per_middle));
     const auto flat_on = hn::Le(load(batch.slope), steepest);

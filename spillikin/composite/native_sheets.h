@@ -45,15 +45,16 @@ struct SheetCell {
   std::uint32_t steep;  // a bit for each sheet that is so steep that rays which meet it go one by one
 
   Box blocks;                // half-open
-  std::uint64_t block_bits;  // of these, those that rays may meet the cell in, a bit each by index
+  std::uint64_t block_bits;  // of these, those that rays may meet the cell in, a bit each by index; not of a piece
   Look look;
-  Piece line;  // what the look may show
-  Care care;   // edge_on: to be handed back
+  Piece line;   // what the look may show
+  Care care;    // edge_on: to be handed back
+  bool linear;  // the field is, as good as: shaded by SheetBatch::field, and the scalar's coefficients are not set
 };
 
 // Cells that are set up together.
 struct SheetBatch {
-  static constexpr std::size_t size = 8;
+  static constexpr std::size_t size = 16;
   static constexpr std::size_t corners = 8;  // of a cell, at most
   SheetCell cell[size];
 
@@ -67,6 +68,9 @@ struct SheetBatch {
   alignas(64) float lo[ranged_count][size], hi[ranged_count][size];
   alignas(64) std::int32_t first_piece[size], last_piece[size];
   alignas(64) std::int32_t block_x0[size], block_y0[size], block_x1[size], block_y1[size];
+  alignas(64) double corner[corners][4 * size];  // the records by corner, of any type as of a hexahedron
+
+  CellBatch field;  // of the cells, as if they were tetrahedra (see native_linear-inl.h)
 };
 
 // The fragments of one cell on one tile before they are shaded, vector by vector.

@@ -16,6 +16,8 @@
 #include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
+#include "spillikin/composite/native_sheets_cover-inl.h"
+#include "spillikin/composite/native_sheets_linear-inl.h"
 #include "spillikin/composite/native_sheets_setup-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,172 +25,6 @@ namespace spillikin::composite::native::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-using DS = hn::RebindToSigned<DF>;
-using VS = hn::Vec<DS>;
-
-template <class V>
-HWY_INLINE V formAt(const float* x_form, const float* y_form, const float* form, const V& x, const V& y) {
-  const DF d;
-  return wide::MulAdd(hn::Set(d, *x_form), x, wide::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
-}
-
-// One end of the intervals of a vector of rays, or of two: how near, on which sheet (a number's bits), and, if that is
-// folded, on which side of the diagonal.
-template <class V>
-struct End {
-  V z, sheet, side;
-};
-
-template <class V>
-HWY_INLINE V sideOf(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
-  return wide::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(DF()));
-}
-
-template <bool Folded, class V>
-HWY_INLINE End<V> onSheet(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
-  const DF d;
-  const V z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
-  const V sheet = wide::same<V>(hn::BitCast(d, hn::Set(DS(), static_cast<std::int32_t>(k))));
-  if constexpr (!Folded) return {z, sheet, z};
-  const V side = sideOf(cell, k, x, y);
-  return {wide::MulAdd(hn::Set(d, cell.fold[k]), side, z), sheet, side};
-}
-
-template <bool Folded, class V, class M>
-HWY_INLINE void take(End<V>& end, const End<V>& other, const M& where) {
-  end.z = wide::IfThenElse(where, other.z, end.z);
-  end.sheet = wide::IfThenElse(where, other.sheet, end.sheet);
-  if constexpr (Folded) end.side = wide::IfThenElse(where, other.side, end.side);
-}
-
-template <class V>
-struct Interval {
-  End<V> near, far;
-};
-
-// Of as many sheets as there are, or, where that is not 0, of the first `Sheets` of either list.
-template <bool Folded, unsigned Sheets, class V>
-HWY_INLINE Interval<V> intervalOf(const SheetCell& cell, const V& x, const V& y) {
-  Interval<V> in{onSheet<Folded>(cell, cell.entered[0], x, y), onSheet<Folded>(cell, cell.left[0], x, y)};
-  const unsigned entered = Sheets > 0 ? Sheets : cell.entered_count;
-  for (unsigned k = 1; k < entered; ++k) {
-    const End<V> other = onSheet<Folded>(cell, cell.entered[k], x, y);
-    take<Folded>(in.near, other, wide::Lt(other.z, in.near.z));
-  }
-  const unsigned left = Sheets > 0 ? Sheets : cell.left_count;
-  for (unsigned k = 1; k < left; ++k) {
-    const End<V> other = onSheet<Folded>(cell, cell.left[k], x, y);
-    take<Folded>(in.far, other, wide::Gt(other.z, in.far.z));
-  }
-  return in;
-}
-
-// What clip planes and the half-spaces of a piece leave of each ray.
-template <class V>
-struct Limits {
-  V near, far;
-};
-
-template <class V, class At>
-HWY_INLINE Limits<V> limitsOf(const TileView& view, const Pixels& pixels, std::span<const WholeCell::Bound> bounds,
-                              const At& first, const V& x, const V& y) {
-  const V none = wide::same<V>(hn::Set(DF(), std::numeric_limits<float>::infinity()));
-  Limits<V> limits{none, wide::Neg(none)};
-  if (view.clipped) {
-    limits = {wide::load(pixels.clip_near.data(), first), wide::load(pixels.clip_far.data(), first)};
-  }
-  for (const WholeCell::Bound& bound : bounds) {
-    const V z = formAt(&bound.nearness[0], &bound.nearness[1], &bound.nearness[2], x, y);
-    if (bound.entry) {
-      limits.near = wide::Min(limits.near, z);
-    } else {
-      limits.far = wide::Max(limits.far, z);
-    }
-  }
-  return limits;
-}
-
-// A gap takes one end or the other of the interval, or leaves two: those lanes are returned. A part is none where it is
-// too short to count in the order.
-HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, SheetCell::Gap gap,
-                                 const Limits<VF>& limits, const VF& x, const VF& y, Interval<VF>& in) {
-  const DF d;
-  // Both are one triangle each.
-  End<VF> out = onSheet<false>(cell, gap.leaves, x, y);
-  End<VF> again = onSheet<false>(cell, gap.enters, x, y);
-  out.side = again.side = hn::Zero(d);
-  const auto open = hn::And(hn::Gt(in.near.z, in.far.z), hn::Gt(out.z, again.z));
-  const auto some = [&](VF near, VF far) HWY_ATTR {
-    const VF least = hn::MulAdd(hn::Max(near, hn::Zero(d)), hn::Set(d, solid_share * view.overlap_slope),
-                                hn::Set(d, solid_share * view.overlap_at));
-    return hn::Gt(hn::Sub(hn::Min(near, limits.near), hn::Max(far, limits.far)), least);
-  };
-  const auto before = some(in.near.z, hn::Max(out.z, in.far.z));
-  const auto behind = some(hn::Min(again.z, in.near.z), in.far.z);
-  take<true>(in.far, out, hn::And(open, hn::AndNot(behind, hn::Gt(out.z, in.far.z))));
-  take<true>(in.near, again, hn::And(open, hn::And(behind, hn::AndNot(before, hn::Lt(again.z, in.near.z)))));
-  return hn::And(open, hn::And(before, behind));
-}
-
-HWY_INLINE hn::Mask<DF> meetsSteep(const SheetCell& cell, const Interval<VF>& in) {
-  const DF d;
-  const hn::RebindToUnsigned<DF> du;
-  const auto steep = hn::Set(du, cell.steep);
-  const auto bit = [&](VF sheet) HWY_ATTR { return hn::Shr(steep, hn::BitCast(du, sheet)); };
-  const auto met = hn::And(hn::Or(bit(in.near.sheet), bit(in.far.sheet)), hn::Set(du, 1));
-  return hn::And(hn::RebindMask(d, hn::Ne(met, hn::Zero(du))), hn::Gt(in.near.z, in.far.z));
-}
-
-struct Cover {
-  const TileView& view;
-  const SheetCell& cell;
-  std::span<const WholeCell::Bound> bounds;
-  const Pixels& pixels;
-  SheetCoverage& out;
-  std::vector<std::uint16_t>& one_by_one;
-};
-
-// Of a piece of a cell, and of a cell with gaps or steep sheets (Careful), vectors on which the limits leave nothing
-// are left out (Cut).
-template <bool Careful, bool Cut, bool Folded, unsigned Sheets>
-HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
-  const DF d;
-  const std::size_t lanes = hn::Lanes(d);
-  std::size_t n = 0;
-  // The end of an interval may lie outside of the limits, which `inside` respects.
-  const auto keep = [&](const Interval<VF>& in, hn::Mask<DF> inside, std::size_t first) HWY_ATTR {
-    float* out = c.out.vector + SheetCoverage::width * lanes * n;
-    hn::Store(in.near.z, d, out);
-    hn::Store(in.far.z, d, out + lanes);
-    hn::Store(in.near.sheet, d, out + 2 * lanes);
-    hn::Store(in.far.sheet, d, out + 3 * lanes);
-    if constexpr (Folded) {
-      hn::Store(in.near.side, d, out + 4 * lanes);
-      hn::Store(in.far.side, d, out + 5 * lanes);
-    }
-    c.out.pixel[n] = static_cast<std::uint32_t>(first);
-    // No branch on what is as good as random: an empty vector's place is taken by the next one.
-    n += static_cast<std::size_t>(!hn::AllFalse(d, inside));
-  };
-  byBlocks(c.cell.block_bits & c.pixels.live, [&](std::size_t first) HWY_ATTR {
-    const VF x = centresX(first), y = centresY(first);
-    Interval<VF> in = intervalOf<Folded, Sheets>(c.cell, x, y);
-    if constexpr (!Cut) return keep(in, hn::Gt(in.near.z, in.far.z), first);
-    const Limits<VF> limits = limitsOf(c.view, c.pixels, c.bounds, first, x, y);
-    if constexpr (Careful) {
-      auto hard = hn::MaskFromVec(hn::Zero(d));
-      for (unsigned k = 0; k < c.cell.gap_count; ++k)
-        hard = hn::Or(hard, crossGap(c.view, c.cell, c.cell.gap[k], limits, x, y, in));
-      hard = hn::Or(hard, meetsSteep(c.cell, in));
-      in.near.z = hn::IfThenElse(hard, in.far.z, in.near.z);
-      for (unsigned bits = maskBits(hard); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
-        c.one_by_one.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
-    }
-    keep(in, hn::Gt(hn::Min(in.near.z, limits.near), hn::Max(in.far.z, limits.far)), first);
-  });
-  return n;
-}
 
 // A coefficient of each sheet, less a number that is the same for all, to be looked up for a vector of them.
 class PerSheet {
@@ -236,18 +72,22 @@ class SheetRays {
         side_t_(cell.side[2]),
         z0_(hn::Set(DF(), view.z0)) {}
 
-  // Sets the sides of both ends by their sheets.
-  template <class V, class At>
-  HWY_INLINE void setSides(Interval<V>& in, const At& first) const {
-    const V x = centresX(first), y = centresY(first);
-    in.near.side = side(in.near.sheet, x, y);
-    in.far.side = side(in.far.sheet, x, y);
+  // With the sides of both ends by their sheets, where these are not known.
+  template <Known known, class V, class At>
+  HWY_INLINE Interval<Known::side, V> sided(const Interval<known, V>& in, const At& first) const {
+    if constexpr (known == Known::side) {
+      return in;
+    } else {
+      const V x = centresX(first), y = centresY(first);
+      return {{in.near.z, in.near.sheet, side(in.near.sheet, x, y)},
+              {in.far.z, in.far.sheet, side(in.far.sheet, x, y)}};
+    }
   }
 
   // Lanes that are not inside get no length and harmless values. Trims near, far and inside where Clipped.
   template <bool Clipped, class V, class M, class At>
-  HWY_INLINE SegmentOf<V> segment(Interval<V>& in, const At& first, M& inside, const Pixels& pixels,
-                                  std::span<const WholeCell::Bound> bounds) const {
+  HWY_INLINE SegmentOf<V> segment(Interval<Known::side, V>& in, const At& first, M& inside,
+                                  const Pixels& pixels) const {
     const DF d;
     const VF half = hn::Set(d, 0.5F);
     const V x = centresX(first), y = centresY(first);
@@ -256,7 +96,7 @@ class SheetRays {
     V length = depths(near, far, begin, end);
     V front = scalar(in.near, begin, x, y), back = scalar(in.far, end, x, y);
     if constexpr (Clipped) {
-      const Limits<V> limits = limitsOf(view_, pixels, bounds, first, x, y);
+      const Limits<V> limits = limitsOf<V>(view_, pixels, first);
       near = wide::Min(near, limits.near);
       far = wide::Max(far, limits.far);
       inside = wide::And(inside, wide::Gt(near, far));
@@ -294,7 +134,7 @@ class SheetRays {
   }
   // Relative to the anchor.
   template <class V>
-  HWY_INLINE V scalar(const End<V>& at, const V& depth, const V& x, const V& y) const {
+  HWY_INLINE V scalar(const End<Known::side, V>& at, const V& depth, const V& x, const V& y) const {
     const V t = wide::MulAdd(bend_(at.sheet), at.side, t_(at.sheet));
     const V rate = wide::MulAdd(x_(at.sheet), x, wide::MulAdd(y_(at.sheet), y, t));
     const V base = base_(at.sheet);
@@ -312,32 +152,9 @@ class SheetRays {
   VF z0_;
 };
 
-// Most cells have three or four sheets on either side.
-template <bool Careful, bool Cut, bool Folded>
-HWY_INLINE std::size_t coverCounted(const Cover& c) {
-  const unsigned most = std::max(c.cell.entered_count, c.cell.left_count);
-  if constexpr (!Cut) {
-    if (most <= 3) return coverSheets<Careful, Cut, Folded, 3>(c);
-  }
-  if constexpr (Folded || !Cut) {
-    if (most <= 4) return coverSheets<Careful, Cut, Folded, 4>(c);
-  }
-  return coverSheets<Careful, Cut, Folded, 0>(c);
-}
-
-HWY_INLINE std::size_t coverAny(const Cover& c) {
-  if (c.cell.gap_count > 0 || c.cell.steep != 0) {
-    return c.cell.folded ? coverCounted<true, true, true>(c) : coverCounted<true, true, false>(c);
-  }
-  if (!c.bounds.empty())
-    return c.cell.folded ? coverCounted<false, true, true>(c) : coverCounted<false, true, false>(c);
-  return c.cell.folded ? coverCounted<false, false, true>(c) : coverCounted<false, false, false>(c);
-}
-
 struct Painting {
   const TileView& view;
   const SheetCell& cell;
-  std::span<const WholeCell::Bound> bounds;
   const SheetCoverage& covered;
   std::size_t count;
 };
@@ -348,14 +165,10 @@ HWY_INLINE auto loadInterval(const Painting& p, const SheetRays<Parallel>& rays,
   const std::size_t lanes = hn::Lanes(DF());
   const auto load = [&](std::size_t k) HWY_ATTR { return wide::load(p.covered.vector + k * lanes, at); };
   using V = decltype(load(0));
-  Interval<V> in{{load(0), load(2), load(0)}, {load(1), load(3), load(1)}};
   if (p.cell.folded) {
-    in.near.side = load(4);
-    in.far.side = load(5);
-  } else {
-    rays.setSides(in, first);
+    return Interval<Known::side, V>{{load(0), load(2), load(4)}, {load(1), load(3), load(5)}};
   }
-  return in;
+  return rays.sided(Interval<Known::sheet, V>{{load(0), load(2)}, {load(1), load(3)}}, first);
 }
 
 // Vectors by twos: they are of different pixels.
@@ -368,8 +181,8 @@ HWY_NOINLINE std::size_t shadeSheets(const Painting& p, Pixels& pixels) {
   std::size_t fragments = 0;
   const auto shade = [&](const auto& first, const auto& at) HWY_ATTR {
     auto in = loadInterval(p, rays, first, at);
-    auto inside = wide::Gt(in.near.z, in.far.z);
-    const auto segment = rays.template segment<Clipped>(in, first, inside, pixels, p.bounds);
+    auto inside = in.some();
+    const auto segment = rays.template segment<Clipped>(in, first, inside, pixels);
     fragments += wide::CountTrue(inside);
     certificate.check(in.near.z, in.far.z, inside, first, pixels);
     shader.blend(segment, first, pixels);
@@ -392,10 +205,10 @@ HWY_NOINLINE std::size_t paintPlain(const TileView& view, const SheetCell& cell,
   const Certificate certificate(view);
   std::size_t fragments = 0;
   byTwoBlocks(cell.block_bits & pixels.live, [&](const auto& first) HWY_ATTR {
-    auto in = intervalOf<Folded, Sheets>(cell, centresX(first), centresY(first));
-    auto inside = wide::Gt(in.near.z, in.far.z);
-    if constexpr (!Folded) rays.setSides(in, first);
-    const auto segment = rays.template segment<false>(in, first, inside, pixels, {});
+    constexpr Known known = Folded ? Known::side : Known::sheet;
+    auto in = rays.sided(intervalOf<known, Folded, Sheets>(cell, centresX(first), centresY(first)), first);
+    auto inside = in.some();
+    const auto segment = rays.template segment<false>(in, first, inside, pixels);
     fragments += wide::CountTrue(inside);
     certificate.check(in.near.z, in.far.z, inside, first, pixels);
     shader.blend(segment, first, pixels);
@@ -417,7 +230,8 @@ constexpr bool isPlain(Care care) {
 template <bool Parallel>
 HWY_INLINE bool paintedPlain(const TileView& view, Entry entry, const SheetCell& cell, Pixels& pixels,
                              std::size_t& fragments) {
-  if (entry.cut() || view.clipped || cell.gap_count > 0 || cell.steep != 0 || !isPlain(cell.care)) return false;
+  if (cell.linear || entry.cut() || view.clipped || cell.gap_count > 0 || cell.steep != 0 || !isPlain(cell.care))
+    return false;
   fragments += withCare(cell.care, [&](auto care) HWY_ATTR {
     constexpr Care as = decltype(care)::value;
     if constexpr (isPlain(as)) {
@@ -448,9 +262,13 @@ HWY_INLINE std::size_t coverOne(const TileView& view, const TileRays& tile, Entr
     view.hand_back.take(view.hand_back.self, entry);
     return 0;
   }
-  if ((cell.block_bits & pixels.live) == 0) return 0;
+  std::uint64_t blocks = cell.block_bits;
+  if (entry.cut())
+    blocks = cell.folded ? blockBits<true>(cell, scratch.bounds) : blockBits<false>(cell, scratch.bounds);
+  blocks &= pixels.live;
+  if (blocks == 0) return 0;
   scratch.one_by_one.clear();
-  const Cover cover{view, cell, scratch.bounds, pixels, scratch.covered, scratch.one_by_one};
+  const Cover cover{view, cell, scratch.bounds, blocks, pixels, scratch.covered, scratch.one_by_one};
   const std::size_t n = coverAny(cover);
   if (HWY_UNLIKELY(!scratch.one_by_one.empty())) {
     view.hand_back.take_pixels(view.hand_back.self, entry, scratch.one_by_one);
@@ -463,26 +281,37 @@ constexpr std::size_t batches_between_looks = 4;
 std::size_t sheets(const TileView& view, std::span<const Entry> entries, Pixels& pixels, SheetScratch& scratch) {
   const bool parallel = view.screen->parallel();
   const TileRays tile(view);
+  const bool linear = !view.clipped && !view.peaks;
   std::size_t fragments = 0;
   for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
-    setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
+    setUpSheets(view, cells, entries.subspan(begin + cells.size()), linear, scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const SheetCell& cell = scratch.batch.cell[i];
+      if (cell.linear && cell.gap_count == 0 && cell.steep == 0 && !cells[i].cut()) {
+        fragments += parallel ? paintLinear<true>(view, scratch.batch, i, pixels)
+                              : paintLinear<false>(view, scratch.batch, i, pixels);
+        continue;
+      }
       if (parallel ? paintedPlain<true>(view, cells[i], cell, pixels, fragments)
                    : paintedPlain<false>(view, cells[i], cell, pixels, fragments)) {
         continue;
       }
       const std::size_t n = coverOne(view, tile, cells[i], cell, pixels, scratch);
       if (n == 0) continue;
-      const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
-      const bool clipped = view.clipped || !scratch.bounds.empty();
+      if (cell.linear) {
+        const LinearCell as{view, scratch.batch.field, i};
+        fragments += parallel ? shadeLinear<true>(as, scratch.covered, n, pixels)
+                              : shadeLinear<false>(as, scratch.covered, n, pixels);
+        continue;
+      }
+      const Painting painting{view, cell, scratch.covered, n};
       if (parallel) {
         fragments +=
-            clipped ? shadeSheetsAs<true, true>(painting, pixels) : shadeSheetsAs<true, false>(painting, pixels);
+            view.clipped ? shadeSheetsAs<true, true>(painting, pixels) : shadeSheetsAs<true, false>(painting, pixels);
       } else {
         fragments +=
-            clipped ? shadeSheetsAs<false, true>(painting, pixels) : shadeSheetsAs<false, false>(painting, pixels);
+            view.clipped ? shadeSheetsAs<false, true>(painting, pixels) : shadeSheetsAs<false, false>(painting, pixels);
       }
     }
     if (view.trusted && begin / SheetBatch::size % batches_between_looks == batches_between_looks - 1 &&
@@ -505,9 +334,9 @@ HWY_NOINLINE void collectOne(const Painting& p, const PixelMask& wanted, const P
   alignas(64) float fars[block_pixels];
   for (std::size_t k = 0; k < p.count; ++k) {
     const std::size_t first = p.covered.pixel[k];
-    Interval<VF> in = loadInterval(p, rays, first, SheetCoverage::width * lanes * k);
-    auto inside = hn::Gt(in.near.z, in.far.z);
-    const Segment segment = rays.template segment<true>(in, first, inside, pixels, p.bounds);
+    auto in = loadInterval(p, rays, first, SheetCoverage::width * lanes * k);
+    auto inside = in.some();
+    const Segment segment = rays.template segment<true>(in, first, inside, pixels);
     unsigned bits = maskBits(inside) & (static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels));
     if (bits == 0) continue;
     for (auto* channel : {&blank.red, &blank.green, &blank.blue})
@@ -531,12 +360,12 @@ bool sheetFragments(const TileView& view, std::span<const Entry> entries, const 
   const TileRays tile(view);
   for (std::size_t begin = 0; begin < entries.size(); begin += SheetBatch::size) {
     const auto cells = entries.subspan(begin, std::min<std::size_t>(SheetBatch::size, entries.size() - begin));
-    setUpSheets(view, cells, entries.subspan(begin + cells.size()), scratch.batch);
+    setUpSheets(view, cells, entries.subspan(begin + cells.size()), false, scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const SheetCell& cell = scratch.batch.cell[i];
       const std::size_t n = coverOne(view, tile, cells[i], cell, pixels, scratch);
       if (n == 0) continue;
-      const Painting painting{view, cell, scratch.bounds, scratch.covered, n};
+      const Painting painting{view, cell, scratch.covered, n};
       if (view.screen->parallel()) {
         collectOne<true>(painting, wanted, pixels, blank, out);
       } else {

@@ -12,14 +12,17 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 
 #include "spillikin/composite/native_centres.h"
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
+#include "spillikin/composite/native_linear-inl.h"
 #include "spillikin/composite/native_sheets.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
@@ -223,7 +226,8 @@ struct FaceLimits {
   double steepest_rate;  // of the scalar over the tile
 };
 
-// The sheets of the faces from i on.
+// The sheets of the faces from i on; with the scalar's coefficients, or without.
+template <bool Scalars>
 HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, const FacetTable& table, FacetCode code,
                          const FaceLimits& limits, std::size_t i, SheetCell& cell, FaceBits& bits) {
   const DD d;
@@ -255,38 +259,39 @@ HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, cons
   plane = {hn::Mul(plane.x, inverse1), hn::Mul(plane.y, inverse1), hn::Mul(plane.z, inverse1)};
   if (!parallel) plane.z = hn::Sub(plane.z, hn::Set(d, frame.z0));
 
-  const VD value = corners.value(at.a);
-  const VD to_b = hn::Mul(hn::Sub(corners.value(at.b), value), inverse1);
-  const VD to_c = hn::Mul(hn::Sub(corners.value(at.c), value), inverse1);
-  const Vec3D third = cross(ha, hb);
-  const auto mix = [&](VD u, VD v) HWY_ATTR { return hn::MulSub(to_c, u, hn::Mul(to_b, v)); };
-  const Vec3D rate{mix(third.x, diagonal.x), mix(third.y, diagonal.y), mix(third.z, diagonal.z)};
-  const VD bend = hn::Mul(quad, hn::Sub(hn::Sub(corners.value(at.d), value), dot(rate, hf)));
-
   storeForm(plane, i, cell.plane[0], cell.plane[1], cell.plane[2]);
   storeForm(side, i, cell.side[0], cell.side[1], cell.side[2]);
-  storeForm(rate, i, cell.rate[0], cell.rate[1], cell.rate[2]);
   hn::Store(hn::DemoteTo(dh, fold), dh, cell.fold + i);
-  hn::Store(hn::DemoteTo(dh, value), dh, cell.base + i);
-  hn::Store(hn::DemoteTo(dh, bend), dh, cell.bend + i);
+  const VD side_reach = overTile(side);
+  if constexpr (Scalars) {
+    const VD value = corners.value(at.a);
+    const VD to_b = hn::Mul(hn::Sub(corners.value(at.b), value), inverse1);
+    const VD to_c = hn::Mul(hn::Sub(corners.value(at.c), value), inverse1);
+    const Vec3D third = cross(ha, hb);
+    const auto mix = [&](VD u, VD v) HWY_ATTR { return hn::MulSub(to_c, u, hn::Mul(to_b, v)); };
+    const Vec3D rate{mix(third.x, diagonal.x), mix(third.y, diagonal.y), mix(third.z, diagonal.z)};
+    const VD bend = hn::Mul(quad, hn::Sub(hn::Sub(corners.value(at.d), value), dot(rate, hf)));
+    storeForm(rate, i, cell.rate[0], cell.rate[1], cell.rate[2]);
+    hn::Store(hn::DemoteTo(dh, value), dh, cell.base + i);
+    hn::Store(hn::DemoteTo(dh, bend), dh, cell.bend + i);
+    const VD fastest = hn::MulAdd(hn::Abs(bend), side_reach, overTile(rate));
+    bits.unsteady |= laneBits(hn::Gt(fastest, hn::Set(d, limits.steepest_rate))) << i;
+  }
 
   // Of the cell's own nearness, where that is what float keeps a share of.
   const double scale = frame.relative ? limits.nearness : 1.0;
-  const VD side_reach = overTile(side);
   const VD folded = hn::Mul(hn::Abs(fold), side_reach);
   const auto slope = [&](VD x, VD y) HWY_ATTR { return hn::Add(hn::Abs(x), hn::Abs(y)); };
   const VD slope1 = slope(plane.x, plane.y);
   const VD slope2 = slope(hn::MulAdd(side.x, fold, plane.x), hn::MulAdd(side.y, fold, plane.y));
   const VD most = hn::Max(slope1, slope2);
   const VD steepest = hn::Set(d, frame.steepest * scale);
-  const VD fastest = hn::MulAdd(hn::Abs(bend), side_reach, overTile(rate));
   const MD turned = hn::Eq(hn::PromoteTo(d, hn::BitCast(DI(), at.backward)), hn::Set(d, 1.0));
   bits.leaves1 |= laneBits(hn::Xor(hn::Gt(pivot1, hn::Zero(d)), turned)) << i;
   bits.leaves2 |= laneBits(hn::Xor(hn::Gt(pivot2, hn::Zero(d)), turned)) << i;
   bits.folded |= laneBits(hn::Gt(folded, hn::Set(d, frame.least_fold * scale))) << i;
   bits.steep |= laneBits(hn::Gt(most, hn::Mul(steepest, hn::Set(d, double{steep_share})))) << i;
   bits.edge_on |= laneBits(hn::Not(hn::Le(most, steepest))) << i;
-  bits.unsteady |= laneBits(hn::Gt(fastest, hn::Set(d, limits.steepest_rate))) << i;
 }
 
 // Face f's triangles as a sheet each.
@@ -382,14 +387,15 @@ struct SheetReach {
   }
 };
 
-// The blocks on which the last sheet entered may come before the first one left. A few are not worth the search.
+// The blocks on which the last sheet entered may come before the first one left and, of a piece of the cell, something
+// between them may lie within its planes. A few blocks of a whole cell are not worth the search.
 template <bool Folded>
-HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell) {
+HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell, std::span<const WholeCell::Bound> bounds) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   constexpr int few = 3;
   const std::uint64_t box = boxBits(cell.blocks);
-  if (std::popcount(box) <= few) return box;
+  if (box == 0 || (bounds.empty() && std::popcount(box) <= few)) return box;
   const SheetReach reach(cell);
   std::uint64_t bits = 0;
   const auto first = static_cast<std::size_t>(cell.blocks.y0) * block_columns;
@@ -410,46 +416,78 @@ HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell) {
     VF far = at(cell.left[0], reach.least, reach.side_least);
     for (unsigned k = 1; k < cell.left_count; ++k)
       far = hn::Max(far, at(cell.left[k], reach.least, reach.side_least));
-    bits |= std::uint64_t{maskBits(hn::Gt(near, far))} << b;
+    auto some = hn::Gt(near, far);
+    for (const WholeCell::Bound& bound : bounds) {
+      const VF z = hn::MulAdd(hn::Set(d, bound.nearness[0]), x,
+                              hn::MulAdd(hn::Set(d, bound.nearness[1]), y, hn::Set(d, bound.nearness[2])));
+      const VF margin =
+          hn::Set(d, block_reach * (std::abs(bound.nearness[0]) + std::abs(bound.nearness[1])) + bound.rounding);
+      some = hn::And(some, bound.entry ? hn::Lt(far, hn::Add(z, margin)) : hn::Gt(near, hn::Sub(z, margin)));
+    }
+    bits |= std::uint64_t{maskBits(some)} << b;
   }
   return bits & box;
 }
 
-// Cell i of the batch; handed back unless its care says otherwise.
-HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::CellType type, FacetCode code,
+// What cell i's faces make of it: false where one is edge-on or the cell is not entered or not left. `steady` as long
+// as rounding does not move the scalar, if that was asked for.
+template <bool Scalars>
+HWY_INLINE bool setSheets(const SheetFrame& frame, const FacetTable& table, FacetCode code, std::size_t i,
+                          SheetBatch& batch, bool& steady) {
+  SheetCell& cell = batch.cell[i];
+  const float near = batch.lo[SheetBatch::depth][i], far = batch.hi[SheetBatch::depth][i];
+  // Where the rounding of a rate moves the scalar noticeably, it takes full care.
+  constexpr double noticeable = 0.02;
+  const double range = double{batch.hi[SheetBatch::scalar][i] - batch.lo[SheetBatch::scalar][i]};
+  const FaceLimits limits{2.0 / double{near + far},
+                          range * noticeable / (double{float_rounding} * (frame.parallel ? 1.0 : double{far}))};
+  const CornerSet corners(batch.at[i]);
+  FaceBits bits;
+  for (std::size_t k = 0; k < faces_most; k += hn::Lanes(DD()))
+    setFaces<Scalars>(frame, corners, table, code, limits, k, cell, bits);
+  if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return false;
+  sortSheets(table, code, bits, cell);
+  steady = (bits.unsteady & table.faces) == 0;
+  return cell.entered_count > 0 && cell.left_count > 0;
+}
+
+// Cell i of the batch; handed back unless its care says otherwise. Where the field is linear in it, and `linear` is
+// wanted, only where rays cross it is set.
+HWY_INLINE void setCell(const TileView& view, const SheetFrame& frame, mesh::CellType type, FacetCode code, bool linear,
                         std::size_t i, SheetBatch& batch) {
   SheetCell& cell = batch.cell[i];
   cell.care = Care::edge_on;
+  cell.linear = false;
   const float near = batch.lo[SheetBatch::depth][i];
   const float far = batch.hi[SheetBatch::depth][i];
   if (HWY_UNLIKELY(code == not_of_planes || (!frame.parallel && !(near > 0.0F)))) return;
   cell.blocks = {batch.block_x0[i], batch.block_y0[i], batch.block_x1[i], batch.block_y1[i]};
+  const FacetTable& table = frame.tables[static_cast<std::size_t>(type)];
+  bool steady = true;
+  if (linear && batch.field.kind[i] != Kind::full) {
+    if (HWY_UNLIKELY(!setSheets<false>(frame, table, code, i, batch, steady))) return;
+    cell.linear = true;
+    cell.care = Care::none;
+    return;
+  }
+  if (HWY_UNLIKELY(!setSheets<true>(frame, table, code, i, batch, steady))) return;
   cell.look = {view.screen->pieces().data(), batch.first_piece[i], batch.last_piece[i], batch.lo[SheetBatch::scalar][i],
                batch.hi[SheetBatch::scalar][i]};
   cell.look.straighten(cell.line);
-  // Where the rounding of a rate moves the scalar noticeably, it takes full care.
-  constexpr double noticeable = 0.02;
-  const FaceLimits limits{2.0 / double{near + far},
-                          double{cell.look.hi - cell.look.lo} * noticeable /
-                              (double{float_rounding} * (frame.parallel ? 1.0 : double{far}))};
-  const CornerSet corners(batch.at[i]);
-  const FacetTable& table = frame.tables[static_cast<std::size_t>(type)];
-  FaceBits bits;
-  for (std::size_t k = 0; k < faces_most; k += hn::Lanes(DD()))
-    setFaces(frame, corners, table, code, limits, k, cell, bits);
-  if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return;
-  sortSheets(table, code, bits, cell);
-  if (HWY_UNLIKELY(cell.entered_count == 0 || cell.left_count == 0)) return;
-  cell.care = view.peaks ? Care::peak : cell.look.care((far - near) * view.longest, (bits.unsteady & table.faces) == 0);
+  cell.care = view.peaks ? Care::peak : cell.look.care((far - near) * view.longest, steady);
 }
 
 HWY_INLINE mesh::Id cellOf(const sort::Order& order, Entry entry) {
   return entry.cut() ? order.cells[order.cuts[entry.index()].entry] : entry.index();
 }
 
+// The corners of a cell as those of a hexahedron some of which are the same, by type up to the hexahedron: four bits
+// each, the first one lowest.
+constexpr std::array<std::uint32_t, 4> as_hexahedron{0x33332210, 0x44443210, 0x55432210, 0x76543210};
+
 // All corners of the batch before the first is read: they are written in smaller parts than they are read in, and must
 // have come to rest by then.
-HWY_NOINLINE void gatherRecords(const Screen& screen, std::span<const Entry> cells, SheetBatch& batch) {
+HWY_NOINLINE void gatherRecords(const Screen& screen, std::span<const Entry> cells, bool linear, SheetBatch& batch) {
   const mesh::Mesh& mesh = screen.mesh();
   const sort::Order& order = screen.frame().order;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -460,12 +498,18 @@ HWY_NOINLINE void gatherRecords(const Screen& screen, std::span<const Entry> cel
     double* records = batch.record[i];
     for (std::size_t k = 0; k < SheetBatch::corners; ++k)
       std::memcpy(records + 4 * k, screen.vertices() + corner[k < count ? k : 0], sizeof(Vertex));
-    if (screen.cell_values().empty()) continue;
-    for (std::size_t k = 0; k < SheetBatch::corners; ++k) {
-      auto* last = reinterpret_cast<char*>(records + 4 * k + 3);
-      std::memcpy(last, &screen.cell_values()[cell], sizeof(float));
-      std::memcpy(last + sizeof(float), &screen.cell_pieces()[cell], sizeof(std::uint32_t));
+    if (!screen.cell_values().empty()) {
+      for (std::size_t k = 0; k < SheetBatch::corners; ++k) {
+        auto* last = reinterpret_cast<char*>(records + 4 * k + 3);
+        std::memcpy(last, &screen.cell_values()[cell], sizeof(float));
+        std::memcpy(last + sizeof(float), &screen.cell_pieces()[cell], sizeof(std::uint32_t));
+      }
     }
+    if (!linear) continue;
+    const auto type = static_cast<std::size_t>(mesh.cell_type[cell]);
+    const std::uint32_t as = as_hexahedron[std::min(type, as_hexahedron.size() - 1)];
+    for (std::size_t k = 0; k < SheetBatch::corners; ++k)
+      std::memcpy(batch.corner[k] + 4 * i, records + 4 * (as >> (4 * k) & 7U), sizeof(Vertex));
   }
 }
 
@@ -486,23 +530,27 @@ HWY_INLINE void trimBlocks(const TileView& view, const PixelBox& piece, Box& blo
             std::min(blocks.x1, past(piece.x1 - view.x0)), std::min(blocks.y1, past(piece.y1 - view.y0))};
 }
 
-// Fills `batch` for `cells`, at most as many as it holds; `next` will come after them.
+// Fills `batch` for `cells`, at most as many as it holds; `next` will come after them. Cells with a linear field are
+// told from others where `linear`.
 HWY_NOINLINE void setUpSheets(const TileView& view, std::span<const Entry> cells, std::span<const Entry> next,
-                              SheetBatch& batch) {
+                              bool linear, SheetBatch& batch) {
   const Screen& screen = *view.screen;
   const SheetFrame frame(view);
-  gatherRecords(screen, cells, batch);
+  gatherRecords(screen, cells, linear, batch);
   prefetchCells(screen, next);
   for (std::size_t i = 0; i < cells.size(); ++i)
     placeCorners(view, frame, i, batch);
   setRanges(view, batch);
+  if (linear) setFields(view, batch);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const mesh::Id cell = cellOf(screen.frame().order, cells[i]);
-    setCell(view, frame, screen.mesh().cell_type[cell], screen.facets()[cell], i, batch);
+    const bool cut = cells[i].cut();
+    setCell(view, frame, screen.mesh().cell_type[cell], screen.facets()[cell], linear, i, batch);
     SheetCell& sheets = batch.cell[i];
     if (sheets.care == Care::edge_on) continue;
-    if (cells[i].cut()) trimBlocks(view, view.pieces[cells[i].index()], sheets.blocks);
-    sheets.block_bits = sheets.folded ? blockBits<true>(sheets) : blockBits<false>(sheets);
+    // Those of a piece wait for its planes.
+    if (cut) trimBlocks(view, view.pieces[cells[i].index()], sheets.blocks);
+    if (!cut) sheets.block_bits = sheets.folded ? blockBits<true>(sheets, {}) : blockBits<false>(sheets, {});
   }
 }
 

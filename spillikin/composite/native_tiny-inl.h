@@ -1,7 +1,9 @@
 // Tiny cells: of the series about a small cell's middle (native_small-inl.h), the first terms. With n and f the
 // nearness of a fragment's ends, the scalar half way is linear in n, f and the pixel, and the depth is (n - f) times
-// what is linear in n + f. The square of n - f that the scalar's shift takes is a line there, too: over [0, E] it is E
-// (n - f) - E^2 / 8 but for E^2 / 8. Included once per instruction set.
+// what is linear in n and f. The square of n - f that the scalar's shift takes is a line there, too: over [0, E] it is
+// E (n - f) - E^2 / 8 but for E^2 / 8. Of what squares add to a depth, E (n - f) alone is left, which is right for the
+// fragments that go all the way through a cell and, on the average, for those that go half of it. Included once per
+// instruction set.
 
 #if defined(SPILLIKIN_NATIVE_TINY_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SPILLIKIN_NATIVE_TINY_INL_H
@@ -29,12 +31,18 @@ namespace hn = hwy::HWY_NAMESPACE;
 // What the first terms may leave out of a colour, with what the small cells' series do: a fifth of a display step.
 constexpr float tiny_left_out = 8e-4F;
 // A cell's depth as a share of its distance, at most: of depths, half of its square is left out.
-constexpr float tiny_relative_depth = 0.03F;
+constexpr float tiny_relative_depth = 0.02F;
 
-// Sets what TinyShading takes of the cells from i on, after setColors(). Returns those that are tiny:
-// for all others the numbers mean nothing.
-HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, const Middle& middle, std::size_t i,
-                                CellBatch& batch) {
+// Cells that are tiny, and what is left out of a colour there.
+struct Tininess {
+  hn::Mask<DF> tiny;
+  VF left_out;
+};
+
+// Sets what TinyShading takes of the cells from i on, after setColors(). For cells that are not tiny the numbers mean
+// nothing.
+HWY_INLINE Tininess setTiny(const Looks& looks, const Smallness& small, const Middle& middle, std::size_t i,
+                            CellBatch& batch) {
   const DF d;
   const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
   const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
@@ -43,14 +51,14 @@ HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, cons
   const VF relative = hn::Mul(small.relative, small.relative);
   // As in setSmall(), with the scalar's change with depth as it is amid the range.
   VF steep = hn::Neg(load(batch.apex)), turn = set(-0.5F), per_nearness = set(1.0F), per_sum = hn::Zero(d);
-  VF depth = per_nearness;
+  VF depth = per_nearness, gain = hn::Zero(d);
   if (!batch.parallel) {
     steep = hn::Sub(amid, load(batch.apex));
     turn = hn::Mul(set(-0.5F), middle.depth);
     per_nearness = hn::Mul(middle.depth, middle.depth);
     per_sum = hn::Neg(hn::Mul(per_nearness, middle.depth));
-    // Half of what the squares of s and e add to a depth, where it is not short, goes to all.
-    depth = hn::MulAdd(hn::Mul(relative, set(0.125F)), per_nearness, hn::NegMulAdd(twice, per_sum, per_nearness));
+    depth = hn::NegMulAdd(twice, per_sum, per_nearness);
+    gain = hn::Mul(hn::Mul(set(-0.25F), small.relative), per_sum);
   }
   const VF longest = hn::Div(load(batch.chord), per_nearness);
   const VF shift = hn::Mul(small.shift, longest);
@@ -63,7 +71,8 @@ HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, cons
   const VF at = hn::Sub(load(batch.at[2]), amid);
   hn::Store(hn::NegMulAdd(along, twice, hn::Add(at, hn::Sub(turned, bowed))), d, batch.origin + i);
   hn::Store(depth, d, batch.tiny_depth[0] + i);
-  hn::Store(per_sum, d, batch.tiny_depth[1] + i);
+  hn::Store(hn::Add(per_sum, gain), d, batch.tiny_depth[1] + i);
+  hn::Store(hn::Sub(per_sum, gain), d, batch.tiny_depth[2] + i);
   hn::Store(hn::Mul(hn::Abs(steep), hn::Mul(load(batch.half_per_middle), per_nearness)), d, batch.half_change + i);
   // The other half, and how far the change with depth may be from that amid the range.
   const VF unsteady = hn::Mul(hn::Mul(looks.range, small.relative), set(0.25F));
@@ -73,8 +82,8 @@ HWY_INLINE hn::Mask<DF> setTiny(const Looks& looks, const Smallness& small, cons
   // the opacity by that times m exp(-m), 0.37 at most.
   const VF of_depths = hn::Mul(hn::Abs(small.extinction_slope), hn::MulAdd(hn::Abs(bowed), set(8.0F), mean));
   const VF left_out = hn::MulAdd(of_depths, set(0.37F), of_colors);
-  return hn::And(small.thin,
-                 hn::And(hn::Le(left_out, set(tiny_left_out)), hn::Le(small.relative, set(tiny_relative_depth))));
+  const auto little = hn::And(hn::Le(left_out, set(tiny_left_out)), hn::Le(small.relative, set(tiny_relative_depth)));
+  return {hn::And(small.thin, little), left_out};
 }
 
 // How a tiny cell's colours run over its range.
@@ -97,7 +106,8 @@ class TinyShading : public SmallCheck {
     far_ = set(batch.per_far[i]);
     origin_ = set(batch.origin[i]);
     depth_ = set(batch.tiny_depth[0][i]);
-    depth_slope_ = set(batch.tiny_depth[1][i]);
+    depth_near_ = set(batch.tiny_depth[1][i]);
+    depth_far_ = set(batch.tiny_depth[2][i]);
     change_ = set(batch.half_change[i] * (run == Run::parabola ? third_per_half : 1.0F));
   }
 
@@ -107,7 +117,7 @@ class TinyShading : public SmallCheck {
     const V extent = wide::Sub(near, far);
     const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, origin_));
     const V value = wide::MulAdd(near_, near, wide::MulAdd(far_, far, at));
-    const V per = wide::MulAdd(depth_slope_, wide::Add(near, far), depth_);
+    const V per = wide::MulAdd(depth_near_, near, wide::MulAdd(depth_far_, far, depth_));
     const V in_world = wide::Mul(wide::Mul(extent, wide::load(pixels.length.data(), first)), per);
     const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(value)));
     const V a = fade(depth, first, pixels);
@@ -122,7 +132,7 @@ class TinyShading : public SmallCheck {
   Colors<run == Run::parabola> colors_;
   const Piece* pieces_;
   float amid_;
-  VF x_, y_, near_, far_, origin_, depth_, depth_slope_, change_;
+  VF x_, y_, near_, far_, origin_, depth_, depth_near_, depth_far_, change_;
 };
 
 }  // namespace

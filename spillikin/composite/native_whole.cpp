@@ -99,6 +99,7 @@ bool setBound(const TileView& view, const TileRays& rays, const sort::HalfSpace&
   Vec3 z = form / pivot;
   z.z += depths.parallel ? depths.z0 : -depths.z0;
   out.nearness = rounded(z);
+  out.rounding = static_cast<float>(double{float_rounding} * reach(z));
   out.entry = pivot > 0.0;
   return true;
 }

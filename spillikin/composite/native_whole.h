@@ -30,10 +30,12 @@ struct WholeCell {
     float base = 0.0F, lo = 0.0F, hi = 0.0F;
   };
 
-  // A half-space that a piece of a cell is limited to: its plane's nearness bounds the ray's entry or its exit.
+  // A half-space that a piece of a cell is limited to, by its plane's nearness: rays enter the half-space there, or
+  // they leave it.
   static constexpr std::size_t max_limits = 24;
   struct Bound {
     Form nearness{};
+    float rounding = 0.0F;  // of the nearness in float, anywhere on the tile
     bool entry = false;
   };
 

@@ -13,6 +13,7 @@
 
 #include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_piece_share-inl.h"
 #include "spillikin/composite/native_shade-inl.h"
 #include "spillikin/composite/native_whole.h"
 
@@ -29,8 +30,8 @@ HWY_INLINE VF form(const WholeCell::Form& f, VF x, VF y) {
 
 // The segments between the crossings of a whole cell.
 template <bool Parallel, bool Clipped>
-HWY_INLINE Segment between(const TileView& view, const WholeCell& cell, VF& near, VF& far, VF front, VF back,
-                           hn::Mask<DF>& inside, std::size_t first, const Pixels& pixels, float anchor) {
+HWY_INLINE Segment between(const TileView& view, VF& near, VF& far, VF front, VF back, hn::Mask<DF>& inside,
+                           std::size_t first, const Pixels& pixels, float anchor) {
   const DF d;
   const VF half = hn::Set(d, 0.5F);
   const VF z0 = hn::Set(d, view.z0);
@@ -42,11 +43,6 @@ HWY_INLINE Segment between(const TileView& view, const WholeCell& cell, VF& near
     const VF whole_far = far;
     near = hn::Min(near, hn::Load(d, pixels.clip_near.data() + first));
     far = hn::Max(far, hn::Load(d, pixels.clip_far.data() + first));
-    for (std::size_t k = 0; k < cell.bound_count; ++k) {
-      const VF z = form(cell.bound[k].nearness, centresX(first), centresY(first));
-      near = cell.bound[k].entry ? hn::Min(near, z) : near;
-      far = cell.bound[k].entry ? far : hn::Max(far, z);
-    }
     inside = hn::And(inside, hn::Gt(near, far));
     near = hn::IfThenElse(inside, near, hn::Zero(d));
     far = hn::IfThenElse(inside, far, hn::Zero(d));
@@ -113,6 +109,14 @@ HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
   return c;
 }
 
+// What of the crossings is to be drawn; those that are to go one by one are added to c.bad.
+HWY_INLINE hn::Mask<DF> drawn(const PieceShare& share, std::size_t first, Crossings& c) {
+  const auto some = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));
+  const auto lanes = share(c.near, c.far, centresX(first), centresY(first));
+  c.bad = hn::Or(c.bad, hn::And(some, lanes.unsure));
+  return hn::And(some, lanes.mine);
+}
+
 HWY_INLINE void leaveOver(unsigned lanes, std::size_t first, KernelScratch& scratch) {
   for (; HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
     scratch.left_over.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(lanes))));
@@ -125,6 +129,7 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
   const std::size_t lanes = hn::Lanes(d);
   const Shader<care> shader(cell.look);
   const Certificate certificate(view);
+  const PieceShare share(view, {cell.bound.data(), cell.bound_count});
   const VF z0 = hn::Set(d, view.z0);
   std::size_t fragments = 0;
   for (int by = cell.blocks.y0; by < cell.blocks.y1; ++by) {
@@ -132,14 +137,14 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
       for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
         const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
         if (!pixels.isLive(first)) continue;
-        const Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        auto inside = drawn(share, first, c);
         leaveOver(maskBits(c.bad), first, scratch);
-        auto inside = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));
         if (hn::AllFalse(d, inside)) continue;
         VF near = c.near;
         VF far = c.far;
         const Segment segment =
-            between<Parallel, Clipped>(view, cell, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
+            between<Parallel, Clipped>(view, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
         fragments += hn::CountTrue(d, inside);
         certificate.check(near, far, inside, first, pixels);
         shader.blend(segment, first, pixels);
@@ -157,13 +162,12 @@ std::size_t shadeWholeAs(const TileView& view, const WholeCell& cell, Pixels& pi
 }
 
 std::size_t whole(const TileView& view, const WholeCell& cell, Pixels& pixels, KernelScratch& scratch) {
-  const bool clipped = view.clipped || cell.bound_count > 0;
   if (view.screen->parallel()) {
-    return clipped ? shadeWholeAs<true, true>(view, cell, pixels, scratch)
-                   : shadeWholeAs<true, false>(view, cell, pixels, scratch);
+    return view.clipped ? shadeWholeAs<true, true>(view, cell, pixels, scratch)
+                        : shadeWholeAs<true, false>(view, cell, pixels, scratch);
   }
-  return clipped ? shadeWholeAs<false, true>(view, cell, pixels, scratch)
-                 : shadeWholeAs<false, false>(view, cell, pixels, scratch);
+  return view.clipped ? shadeWholeAs<false, true>(view, cell, pixels, scratch)
+                      : shadeWholeAs<false, false>(view, cell, pixels, scratch);
 }
 
 // The fragments of a whole cell on the pixels wanted. There are few: every cell takes the shader that is right for all.
@@ -173,6 +177,7 @@ void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const Shader<Care::full> shader(cell.look);
+  const PieceShare share(view, {cell.bound.data(), cell.bound_count});
   const VF z0 = hn::Set(d, view.z0);
   Pixels& blank = scratch.blank;
   alignas(64) float nears[block_pixels];
@@ -183,13 +188,13 @@ void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask
         const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
         const unsigned asked = static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels);
         if (asked == 0) continue;
-        const Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        auto inside = drawn(share, first, c);
         leaveOver(maskBits(c.bad) & asked, first, scratch);
-        auto inside = hn::And(hn::And(c.enters, hn::Gt(c.near, c.far)), hn::Not(c.bad));
         VF near = c.near;
         VF far = c.far;
         const Segment segment =
-            between<Parallel, true>(view, cell, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
+            between<Parallel, true>(view, near, far, c.front, c.back, inside, first, pixels, shader.anchor());
         unsigned bits = maskBits(inside) & asked;
         if (bits == 0) continue;
         for (auto* channel : {&blank.red, &blank.green, &blank.blue})

@@ -1,0 +1,153 @@
+// Whole cells with a linear field (see native_linear-inl.h) onto the pixels. Included once per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_SHEETS_LINEAR_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_SHEETS_LINEAR_INL_H
+#undef SPILLIKIN_NATIVE_SHEETS_LINEAR_INL_H
+#else
+#define SPILLIKIN_NATIVE_SHEETS_LINEAR_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "spillikin/composite/native_paint-inl.h"
+#include "spillikin/composite/native_sheets.h"
+#include "spillikin/composite/native_sheets_cover-inl.h"
+#include "spillikin/composite/native_small-inl.h"
+#include "spillikin/composite/native_tiny-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Where rays cross a cell that has neither gaps nor steep sheets. `Sheets` as with intervalOf.
+template <bool Folded, unsigned Sheets>
+class SheetCrossing {
+ public:
+  explicit HWY_INLINE SheetCrossing(const SheetCell& cell) : cell_(cell) {}
+
+  template <class V, class At>
+  HWY_INLINE void operator()(const V& x, const V& y, const At& /*first*/, const Pixels& /*pixels*/, V& near,
+                             V& far) const {
+    near = nearness(cell_.entered[0], x, y);
+    far = nearness(cell_.left[0], x, y);
+    const unsigned entered = Sheets > 0 ? Sheets : cell_.entered_count;
+    for (unsigned k = 1; k < entered; ++k)
+      near = wide::Min(near, nearness(cell_.entered[k], x, y));
+    const unsigned left = Sheets > 0 ? Sheets : cell_.left_count;
+    for (unsigned k = 1; k < left; ++k)
+      far = wide::Max(far, nearness(cell_.left[k], x, y));
+  }
+
+ private:
+  template <class V>
+  HWY_INLINE V nearness(std::size_t k, const V& x, const V& y) const {
+    const V z = formAt(&cell_.plane[0][k], &cell_.plane[1][k], &cell_.plane[2][k], x, y);
+    if constexpr (!Folded) return z;
+    return wide::MulAdd(hn::Set(DF(), cell_.fold[k]), sideOf(cell_, k, x, y), z);
+  }
+
+  const SheetCell& cell_;
+};
+
+template <class Shade, bool Folded, unsigned Sheets>
+HWY_NOINLINE std::size_t paintCrossing(const TileView& view, const SheetBatch& batch, std::size_t i, Pixels& pixels) {
+  const SheetCell& cell = batch.cell[i];
+  const SheetCrossing<Folded, Sheets> crossing(cell);
+  return paintCrossed<Shade>(crossing, view, batch.field, i, cell.block_bits & pixels.live, pixels);
+}
+
+template <class Shade>
+HWY_INLINE std::size_t paintLinearAs(const TileView& view, const SheetBatch& batch, std::size_t i, Pixels& pixels) {
+  const SheetCell& cell = batch.cell[i];
+  const bool few = std::max(cell.entered_count, cell.left_count) <= 3;
+  if (cell.folded) {
+    return few ? paintCrossing<Shade, true, 3>(view, batch, i, pixels)
+               : paintCrossing<Shade, true, 0>(view, batch, i, pixels);
+  }
+  return few ? paintCrossing<Shade, false, 3>(view, batch, i, pixels)
+             : paintCrossing<Shade, false, 0>(view, batch, i, pixels);
+}
+
+// Calls f with what shades cells of a kind, any but Kind::full of those that setFields() knows.
+template <bool Parallel, class F>
+HWY_INLINE std::size_t withShading(Kind kind, const F& f) {
+  switch (kind) {
+    case Kind::tiny:
+      return f(std::type_identity<TinyShading<Run::line>>());
+    case Kind::tiny_curved:
+      return f(std::type_identity<TinyShading<Run::parabola>>());
+    case Kind::tiny_bend:
+      return f(std::type_identity<TinyShading<Run::bend>>());
+    case Kind::small_curved:
+      return f(std::type_identity<SmallShading<Parallel, 0, true>>());
+    case Kind::small:
+      return f(std::type_identity<SmallShading<Parallel, 0>>());
+    case Kind::small_bends1:
+      return f(std::type_identity<SmallShading<Parallel, 1>>());
+    case Kind::small_bends2:
+      return f(std::type_identity<SmallShading<Parallel, 2>>());
+    case Kind::small_bends3:
+      return f(std::type_identity<SmallShading<Parallel, 3>>());
+    default:
+      return f(std::type_identity<SmallShading<Parallel, 4>>());
+  }
+}
+
+// Cell i, of which rays meet one interval each.
+template <bool Parallel>
+HWY_INLINE std::size_t paintLinear(const TileView& view, const SheetBatch& batch, std::size_t i, Pixels& pixels) {
+  return withShading<Parallel>(batch.field.kind[i], [&](auto shade) HWY_ATTR {
+    return paintLinearAs<typename decltype(shade)::type>(view, batch, i, pixels);
+  });
+}
+
+struct LinearCell {
+  const TileView& view;
+  const CellBatch& field;
+  std::size_t i;
+};
+
+template <class Shade>
+HWY_NOINLINE std::size_t shadeCovered(const LinearCell& cell, const SheetCoverage& covered, std::size_t count,
+                                      Pixels& pixels) {
+  const std::size_t lanes = hn::Lanes(DF());
+  const Shade shade(cell.view, cell.field, cell.i);
+  const Certificate certificate(cell.view);
+  std::size_t fragments = 0;
+  const auto paint = [&](const auto& first, const auto& at) HWY_ATTR {
+    const auto near = wide::load(covered.vector, at), far = wide::load(covered.vector + lanes, at);
+    const auto inside = wide::Gt(near, far);
+    fragments += wide::CountTrue(inside);
+    shade.check(certificate, near, far, inside, first, pixels);
+    shade.blend(near, far, inside, centresX(first), centresY(first), first, pixels);
+  };
+  if constexpr (Shade::short_chain) {
+    for (std::size_t k = 0; k < count; ++k)
+      paint(std::size_t{covered.pixel[k]}, SheetCoverage::width * lanes * k);
+  } else {
+    wide::byTwos(covered.pixel, count, SheetCoverage::width * lanes, paint);
+  }
+  return fragments;
+}
+
+// The same where coverAny() has told the intervals.
+template <bool Parallel>
+HWY_INLINE std::size_t shadeLinear(const LinearCell& cell, const SheetCoverage& covered, std::size_t count,
+                                   Pixels& pixels) {
+  return withShading<Parallel>(cell.field.kind[cell.i], [&](auto shade) HWY_ATTR {
+    return shadeCovered<typename decltype(shade)::type>(cell, covered, count, pixels);
+  });
+}
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
