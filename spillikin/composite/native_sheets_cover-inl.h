@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -123,19 +124,40 @@ HWY_INLINE Limits<V> limitsOf(const TileView& view, const Pixels& pixels, const 
   return {none, wide::Neg(none)};
 }
 
+// Float's rounding of the nearness on sheet k, anywhere on the tile.
+HWY_INLINE float roundingOf(const SheetCell& cell, std::size_t k) {
+  const float slope = std::abs(cell.plane[0][k]) + std::abs(cell.plane[1][k]);
+  return float_rounding * (slope * float{tile_size} + std::abs(cell.plane[2][k]));
+}
+
 // A gap that rays may cross: where they leave the cell, and where they enter it again. Both are one triangle each.
 template <Known known>
 struct GapEnds {
   End<known, VF> out, again;
   hn::Mask<DF> open;
-  HWY_INLINE GapEnds(const SheetCell& cell, SheetCell::Gap gap, const VF& x, const VF& y)
+  VF margin;  // what cannot be told of either in float, and the certificate's tolerance
+  bool out_steep, again_steep;
+  HWY_INLINE GapEnds(const SheetCell& cell, SheetCell::Gap gap, const VF& tolerance, const VF& x, const VF& y)
       : out(onSheet<known, false>(cell, gap.leaves, x, y)),
         again(onSheet<known, false>(cell, gap.enters, x, y)),
-        open(hn::Gt(out.z, again.z)) {}
+        open(hn::Gt(out.z, again.z)),
+        margin(hn::Add(tolerance, hn::Set(DF(), roundingOf(cell, gap.leaves) + roundingOf(cell, gap.enters)))),
+        out_steep((cell.steep >> gap.leaves & 1U) != 0),
+        again_steep((cell.steep >> gap.enters & 1U) != 0) {}
+
   // Whether the gap is open, or as good as, where an interval is.
-  HWY_INLINE hn::Mask<DF> touches(const Interval<known, VF>& in, const VF& tolerance) const {
-    const auto ends_behind = hn::Gt(out.z, hn::Sub(hn::Max(in.far.z, again.z), tolerance));
-    return hn::And(in.some(), hn::And(ends_behind, hn::Lt(again.z, hn::Add(in.near.z, tolerance))));
+  HWY_INLINE hn::Mask<DF> touches(const Interval<known, VF>& in) const {
+    const auto ends_behind = hn::Gt(out.z, hn::Sub(hn::Max(in.far.z, again.z), margin));
+    return hn::And(in.some(), hn::And(ends_behind, hn::Lt(again.z, hn::Add(in.near.z, margin))));
+  }
+  // Whether a steep sheet is met within the interval.
+  HWY_INLINE hn::Mask<DF> meetsSteep(const Interval<known, VF>& in) const {
+    const DF d;
+    const auto within = [&](const VF& z) HWY_ATTR {
+      return hn::And(hn::Gt(z, hn::Sub(in.far.z, margin)), hn::Lt(z, hn::Add(in.near.z, margin)));
+    };
+    const auto none = hn::MaskFromVec(hn::Zero(d));
+    return hn::Or(out_steep ? within(out.z) : none, again_steep ? within(again.z) : none);
   }
 };
 
@@ -176,19 +198,20 @@ HWY_INLINE hn::Mask<DF> crossGap(const TileView& view, const SheetCell& cell, Sh
                                  const PieceShare& share, const Limits<VF>& limits, const VF& x, const VF& y,
                                  Interval<known, VF>& in, Interval<known, VF>& second) {
   const DF d;
-  const GapEnds<known> gap(cell, at, x, y);
-  const VF tolerance = share.toleranceAt(in.near.z);
-  const auto touched = gap.touches(in, tolerance), second_touched = gap.touches(second, tolerance);
+  const GapEnds<known> gap(cell, at, share.toleranceAt(in.near.z), x, y);
+  const auto touched = gap.touches(in), second_touched = gap.touches(second);
   auto hard = hn::MaskFromVec(hn::Zero(d));
   // Few rays cross the gap of a face, which is seen nearly edge-on.
   if (HWY_LIKELY(hn::AllFalse(d, hn::Or(touched, second_touched)))) return hard;
-  if (((cell.steep >> at.leaves | cell.steep >> at.enters) & 1U) != 0) hard = hn::Or(touched, second_touched);
+  if (gap.out_steep || gap.again_steep) {
+    hard = hn::Or(hn::And(touched, gap.meetsSteep(in)), hn::And(second_touched, gap.meetsSteep(second)));
+  }
   const GapParts<known> parts(view, gap, limits, in);
   if (!share.partial()) {
     parts.apply(gap, in);
     return hn::Or(hard, parts.both());
   }
-  const auto doubt = hn::Le(hn::Abs(hn::Sub(gap.out.z, gap.again.z)), tolerance);
+  const auto doubt = hn::Le(hn::Abs(hn::Sub(gap.out.z, gap.again.z)), gap.margin);
   hard = hn::Or(hard, hn::And(doubt, hn::Or(touched, second_touched)));
   const auto taken = second.some();
   const GapParts<known> of_second(view, gap, limits, second);
