@@ -67,8 +67,9 @@ HWY_INLINE hn::Vec<DIF> thinKinds(const TileView& view, Looks looks, VF length, 
   const VF of_field = hn::Mul(hn::Load(d, batch.uneven + i),
                               hn::MulAdd(hn::Abs(smallness.extinction_slope), hn::Set(d, 0.37F), looks.steepest));
   const VF besides = hn::Add(fits.left_out, of_field);
+  // In a tetrahedron the field is linear, however steep extinction (0 times what may have no end).
   const auto little = [&](VF left_out) HWY_ATTR {
-    return hn::RebindMask(di, hn::Le(hn::Add(left_out, besides), hn::Set(d, all_left_out)));
+    return hn::RebindMask(di, hn::Not(hn::Gt(hn::Add(left_out, besides), hn::Set(d, all_left_out))));
   };
   const Tininess tininess = setTiny(looks, smallness, middle, i, batch);
   const auto small =
