@@ -4,8 +4,9 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "spillikin/composite/backends.h"
 #include "spillikin/composite/native_pieces.h"
-#include "tests/composite_native_support.h"
+#include "tests/composite_native_checks.h"
 #include "tests/support/meshes.h"
 
 namespace spillikin::tests {
@@ -82,6 +83,62 @@ TEST(CompositeNativePieces, EveryRayThatMeetsAPieceLiesInItsBox) {
   }
   EXPECT_GT(met, 10000U);
   EXPECT_LT(covered, whole / 10 * 7) << "of half of the pieces most is known to be empty";
+}
+
+// A cell of a kind, bent at random.
+mesh::Source bentCell(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-0.25, 0.25);
+  std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  for (Vec3& p : points)
+    p += Vec3(uniform(random), uniform(random), uniform(random));
+  const auto& p = points;
+  switch (random() % 4) {
+    case 0:
+      return oneCell(mesh::vtk_cell::tetra, {p[0], p[1], p[3], p[4]});
+    case 1:
+      return oneCell(mesh::vtk_cell::pyramid, {p[0], p[1], p[2], p[3], p[6]});
+    case 2:
+      return oneCell(mesh::vtk_cell::wedge, {p[0], p[1], p[3], p[4], p[5], p[7]});
+    default:
+      return oneCell(mesh::vtk_cell::hexahedron, points);
+  }
+}
+
+// The one cell of a mesh in three pieces that share all of it.
+sort::Order inThree(const mesh::Mesh& mesh, std::mt19937& random) {
+  sort::Order order = cutAnywhere(mesh, random);
+  const auto one = order.cuts[1].keep.front(), other = order.cuts[2].keep.back();
+  const auto turned = [](const sort::HalfSpace& h) { return sort::HalfSpace{-h.normal, -h.offset}; };
+  order.cells.assign(3, 0);
+  order.cuts.clear();
+  order.cuts.add(0, std::vector{turned(one)});
+  order.cuts.add(1, std::vector{one, other});
+  order.cuts.add(2, std::vector{one, turned(other)});
+  order.exact = true;
+  return order;
+}
+
+// Whatever the planes, through corners and along faces too: what a ray has in a cell is drawn once, in one go.
+TEST(CompositeNativePieces, OnePieceDrawsAnInterval) {
+  const unsigned seed = 29;
+  RecordProperty("seed", static_cast<int>(seed));
+  std::mt19937 random(seed);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same each time
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 150; ++k) {
+    const Subject s = uniform(bentCell(random), 0.2);
+    View view = viewOf(s, {normal(random), normal(random), normal(random)}, 41, 37, k % 3 == 0 ? 40.0 : 1.5);
+    if (k % 3 == 0) view.view_angle = 2.0;
+    if (k % 2 == 0) view.parallel_scale = 0.8;
+    sort::Order whole;
+    whole.cells = {0};
+    whole.exact = true;
+    const sort::Order pieces = inThree(s.mesh, random);
+    const auto native = composite::makeNative();
+    Image expected, drawn;
+    const auto before = drawWith(*native, s, view, whole, expected), after = drawWith(*native, s, view, pieces, drawn);
+    EXPECT_LE(largestDifference(expected, drawn), 2e-5) << "cell " << k << ", seed " << seed;
+    EXPECT_EQ(before.fragments, after.fragments) << "cell " << k << ", seed " << seed;
+  }
 }
 
 }  // namespace
