@@ -59,6 +59,56 @@ HWY_AFTER_NAMESPACE();
 namespace spillikin::tests {
 namespace {
 
+// Two pieces whose colours meet at a bend: one line for both where that errs by little anywhere in the range, and what
+// was there before where it does not.
+TEST(CompositeNativeFit, LooksAreStraightenedWithinTheirBound) {
+  constexpr unsigned seed = 7;
+  SCOPED_TRACE(seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> any(0.0F, 1.0F);
+  int straightened = 0, left = 0;
+  for (int k = 0; k < 2000; ++k) {
+    composite::native::Piece pieces[2];
+    composite::native::Piece& low = pieces[0];
+    composite::native::Piece& high = pieces[1];
+    low.anchor = 0.2F;
+    low.end = high.anchor = 0.5F;
+    low.reach = high.reach = 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+      low.color[c] = any(random);
+      low.color_slope[c] = 2.0F * any(random) - 1.0F;
+      low.kink[c] = 4.0F * any(random) - 2.0F;
+      high.color[c] = low.color[c] + low.color_slope[c] * (low.end - low.anchor);
+      high.color_slope[c] = low.color_slope[c] + low.kink[c];
+    }
+    const float range = 0.02F * any(random) + 1e-4F;
+    const float lo = low.end - range * any(random);
+    composite::native::Look look{pieces, 0, 1, lo, lo + range};
+    composite::native::Piece line;
+    look.straighten(line);
+    double most = 0.0;
+    const auto at = [](const composite::native::Piece& p, std::size_t c, float v) {
+      return double{p.color[c]} + double{p.color_slope[c]} * (double{v} - double{p.anchor});
+    };
+    const bool straight = look.pieces == &line;
+    ASSERT_EQ(look.first, 0);
+    ASSERT_EQ(look.last, straight ? 0 : 1);
+    // A line of least error, whether it was taken or not.
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double lift = 0.5 * double{low.end - lo} * double{lo + range - low.end} / double{range};
+      most = std::max(most, std::abs(double{low.kink[c]}) * lift);
+      for (int i = 0; straight && i <= 64; ++i) {
+        const float v = lo + range * static_cast<float>(i) / 64.0F;
+        EXPECT_NEAR(at(line, c, v), at(v < low.end ? low : high, c, v), composite::native::fit_left_out + 1e-6);
+      }
+    }
+    EXPECT_EQ(straight, most <= double{composite::native::fit_left_out}) << most;
+    ++(straight ? straightened : left);
+  }
+  EXPECT_GT(straightened, 500);
+  EXPECT_GT(left, 500);
+}
+
 // A mesh of cells of a few pixels, under colours that bend in many of them; from afar, from nearby, and parallel.
 TEST(CompositeNativeFit, PicturesOfTinyCellsStayWithinHalfADisplayStep) {
   constexpr double half_step = 0.5 * step;
