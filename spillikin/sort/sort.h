@@ -123,6 +123,7 @@ class Sorter {
 
   // What else there is to do may start once a view's work goes on on one core alone. Returns whether the sorter will
   // call `start` then, in every view, from the thread that asked for the order; empty: no longer.
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): those that heed it keep it
   virtual bool whileSerial(std::function<void()> /*start*/) { return false; }
 };
 
