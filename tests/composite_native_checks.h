@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "spillikin/composite/backends.h"
 #include "spillikin/project/camera.h"
@@ -58,6 +59,11 @@ inline void expectChords(const Subject& s, const View& view, Vec3 lo, Vec3 hi) {
     }
   }
   EXPECT_LE(worst, 2e-5 * glm::length(hi - lo));
+}
+
+// The corners of a cube, as a hexahedron has them.
+inline std::vector<Vec3> cube() {
+  return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
 }
 
 inline Subject uniform(const mesh::Source& source, double extinction) {

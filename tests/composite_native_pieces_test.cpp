@@ -88,7 +88,7 @@ TEST(CompositeNativePieces, EveryRayThatMeetsAPieceLiesInItsBox) {
 // A cell of a kind, bent at random.
 mesh::Source bentCell(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(-0.25, 0.25);
-  std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  std::vector<Vec3> points = cube();
   for (Vec3& p : points)
     p += Vec3(uniform(random), uniform(random), uniform(random));
   const auto& p = points;

@@ -31,10 +31,6 @@ int inwardFaces(FacetCode code) {
   return std::popcount(code >> inward_shift);
 }
 
-std::vector<Vec3> cube() {
-  return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-}
-
 TEST(CompositeNativeFacets, CellsThatPlanesBound) {
   EXPECT_EQ(inwardFaces(codeOf(cube())), 0);
   auto bent = cube();

@@ -255,7 +255,7 @@ void CellShape::keepShare(double x, double y, std::vector<Span>& out) const {
 void CellShape::trim(double x, double y, std::vector<Span>& out) const {
   double lo = screen_->parallel() ? -infinity : 0.0;
   double hi = infinity;
-  const auto apply = [&](const sort::HalfSpace& h) {
+  for (const sort::HalfSpace& h : screen_->clips()) {
     const Limit l = screen_->limit(h, x, y);
     if (l.slope > 0.0) {
       lo = std::max(lo, -l.at / l.slope);
@@ -264,9 +264,7 @@ void CellShape::trim(double x, double y, std::vector<Span>& out) const {
     } else if (l.at < 0.0) {
       hi = -infinity;
     }
-  };
-  for (const sort::HalfSpace& h : screen_->clips())
-    apply(h);
+  }
   std::size_t kept = 0;
   for (const Span& s : out) {
     Span cut = s;

@@ -9,8 +9,10 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_thin-inl.h"
@@ -25,6 +27,12 @@ HWY_INLINE unsigned maskBits(hn::Mask<DF> mask) {
   std::uint8_t bits[8] = {};
   hn::StoreMaskBits(DF(), mask, bits);
   return static_cast<unsigned>(bits[0]) | static_cast<unsigned>(bits[1]) << 8U;
+}
+
+// Appends the pixels of the lanes, a bit each, of the vector at `first`: few if any.
+HWY_INLINE void listPixels(unsigned lanes, std::size_t first, std::vector<std::uint16_t>& out) {
+  for (; HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
+    out.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(lanes))));
 }
 
 // Proves the order on every pixel: a fragment that begins before where the last one ended, up to rounding, is flagged.

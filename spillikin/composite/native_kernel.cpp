@@ -76,23 +76,15 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, s
   };
   switch (batch.kind[i]) {
     case Kind::tiny:
-      return paint(std::type_identity<TinyShading<Run::line>>());
     case Kind::tiny_curved:
-      return paint(std::type_identity<TinyShading<Run::parabola>>());
     case Kind::tiny_bend:
-      return paint(std::type_identity<TinyShading<Run::bend>>());
     case Kind::small_curved:
-      return paint(std::type_identity<SmallShading<Parallel, 0, true>>());
     case Kind::small:
-      return paint(std::type_identity<SmallShading<Parallel, 0>>());
     case Kind::small_bends1:
-      return paint(std::type_identity<SmallShading<Parallel, 1>>());
     case Kind::small_bends2:
-      return paint(std::type_identity<SmallShading<Parallel, 2>>());
     case Kind::small_bends3:
-      return paint(std::type_identity<SmallShading<Parallel, 3>>());
     case Kind::small_bends4:
-      return paint(std::type_identity<SmallShading<Parallel, 4>>());
+      return withSmallShading<Parallel>(batch.kind[i], paint);
     case Kind::none:
       return by(std::type_identity<Shader<Care::none>>());
     case Kind::bend:

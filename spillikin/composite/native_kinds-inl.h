@@ -62,10 +62,9 @@ HWY_INLINE hn::Vec<DIF> thinKinds(const TileView& view, Looks looks, VF length, 
   const VF least = hn::MulAdd(hn::Set(d, view.solid_slope - 1.0F), nearness, hn::Set(d, view.solid_at));
   hn::Store(least, d, batch.least + i);
   const auto more = [&](std::int32_t than) HWY_ATTR { return hn::Gt(looks.bends, hn::Set(di, than)); };
-  // Of a field that is not quite linear over the cell. An optical depth m that is off by a share of it moves the
-  // opacity by that times m exp(-m), 0.37 at most.
-  const VF of_field = hn::Mul(hn::Load(d, batch.uneven + i),
-                              hn::MulAdd(hn::Abs(smallness.extinction_slope), hn::Set(d, 0.37F), looks.steepest));
+  // Of a field that is not quite linear over the cell.
+  const VF of_field = hn::Mul(hn::Load(d, batch.uneven + i), hn::MulAdd(hn::Abs(smallness.extinction_slope),
+                                                                        hn::Set(d, opacity_of_depth), looks.steepest));
   const VF besides = hn::Add(fits.left_out, of_field);
   // In a tetrahedron the field is linear, however steep extinction (0 times what may have no end).
   const auto little = [&](VF left_out) HWY_ATTR {

@@ -29,7 +29,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // One coordinate (or the scalar) of the corners of a vector of cells.
 struct EightCorners {
   VD at[8];
-  // Twice the sum of what the four edges each way gain, by which way.
+  // What the four edges each way gain together, by which way.
   HWY_INLINE VD along0() const { return sum({1, 2, 5, 6}, {0, 3, 4, 7}); }
   HWY_INLINE VD along1() const { return sum({2, 3, 6, 7}, {0, 1, 4, 5}); }
   HWY_INLINE VD along2() const { return sum({4, 5, 6, 7}, {0, 1, 2, 3}); }

@@ -21,6 +21,11 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+HWY_INLINE VF form(const WholeCell::Form& f, VF x, VF y) {
+  const DF d;
+  return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
+}
+
 // Which intervals are a piece's to draw: those whose middle lies in it, whole. For the pieces of a cell that a ray runs
 // through come one after the other (a plane is crossed once, and away from the viewpoint), and nothing comes between
 // them on that ray: what is before the first has been drawn when the turn of any of them comes, and what is behind the
@@ -44,8 +49,7 @@ class PieceShare {
     const VF middle = hn::Mul(hn::Add(near, far), hn::Set(d, 0.5F));
     const VF tolerance = toleranceAt(near);
     for (const WholeCell::Bound& bound : bounds_) {
-      const VF z = hn::MulAdd(hn::Set(d, bound.nearness[0]), x,
-                              hn::MulAdd(hn::Set(d, bound.nearness[1]), y, hn::Set(d, bound.nearness[2])));
+      const VF z = form(bound.nearness, x, y);
       const VF margin = hn::Add(tolerance, hn::Set(d, bound.rounding));
       const auto before = hn::Gt(middle, hn::Add(z, margin)), behind = hn::Lt(middle, hn::Sub(z, margin));
       mine = hn::And(mine, bound.entry ? behind : before);

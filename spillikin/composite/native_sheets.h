@@ -38,6 +38,7 @@ struct SheetCell {
   std::uint8_t entered[most], left[most];  // sheets; up to the eighth filled up with the first
   struct Gap {
     std::uint8_t leaves, enters;  // first out, then in again
+    float rounding;               // of nearness on both in float, anywhere on the tile
   };
   Gap gap[6];
   unsigned entered_count, left_count, gap_count;

@@ -10,8 +10,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -87,6 +85,24 @@ HWY_INLINE void take(End<known, V>& end, const End<known, V>& other, const M& wh
   if constexpr (known == Known::side) end.side = wide::IfThenElse(where, other.side, end.side);
 }
 
+// The farther, or the nearer, of two ends.
+template <Known known, class V>
+HWY_INLINE void takeFarther(End<known, V>& end, const End<known, V>& other) {
+  if constexpr (known == Known::place) {
+    end.z = wide::Min(end.z, other.z);
+  } else {
+    take(end, other, wide::Lt(other.z, end.z));
+  }
+}
+template <Known known, class V>
+HWY_INLINE void takeNearer(End<known, V>& end, const End<known, V>& other) {
+  if constexpr (known == Known::place) {
+    end.z = wide::Max(end.z, other.z);
+  } else {
+    take(end, other, wide::Gt(other.z, end.z));
+  }
+}
+
 template <Known known, class V>
 struct Interval {
   End<known, V> near, far;
@@ -96,18 +112,14 @@ struct Interval {
 // Of as many sheets as there are, or, where that is not 0, of the first `Sheets` of either list.
 template <Known known, bool Folded, unsigned Sheets, class V>
 HWY_INLINE Interval<known, V> intervalOf(const SheetCell& cell, const V& x, const V& y) {
-  Interval<known, V> in{onSheet<known, Folded>(cell, cell.entered[0], x, y),
-                        onSheet<known, Folded>(cell, cell.left[0], x, y)};
+  const auto sheet = [&](std::size_t k) HWY_ATTR { return onSheet<known, Folded>(cell, k, x, y); };
+  Interval<known, V> in{sheet(cell.entered[0]), sheet(cell.left[0])};
   const unsigned entered = Sheets > 0 ? Sheets : cell.entered_count;
-  for (unsigned k = 1; k < entered; ++k) {
-    const auto other = onSheet<known, Folded>(cell, cell.entered[k], x, y);
-    take(in.near, other, wide::Lt(other.z, in.near.z));
-  }
+  for (unsigned k = 1; k < entered; ++k)
+    takeFarther(in.near, sheet(cell.entered[k]));
   const unsigned left = Sheets > 0 ? Sheets : cell.left_count;
-  for (unsigned k = 1; k < left; ++k) {
-    const auto other = onSheet<known, Folded>(cell, cell.left[k], x, y);
-    take(in.far, other, wide::Gt(other.z, in.far.z));
-  }
+  for (unsigned k = 1; k < left; ++k)
+    takeNearer(in.far, sheet(cell.left[k]));
   return in;
 }
 
@@ -124,12 +136,6 @@ HWY_INLINE Limits<V> limitsOf(const TileView& view, const Pixels& pixels, const 
   return {none, wide::Neg(none)};
 }
 
-// Float's rounding of the nearness on sheet k, anywhere on the tile.
-HWY_INLINE float roundingOf(const SheetCell& cell, std::size_t k) {
-  const float slope = std::abs(cell.plane[0][k]) + std::abs(cell.plane[1][k]);
-  return float_rounding * (slope * float{tile_size} + std::abs(cell.plane[2][k]));
-}
-
 // A gap that rays may cross: where they leave the cell, and where they enter it again. Both are one triangle each.
 template <Known known>
 struct GapEnds {
@@ -141,7 +147,7 @@ struct GapEnds {
       : out(onSheet<known, false>(cell, gap.leaves, x, y)),
         again(onSheet<known, false>(cell, gap.enters, x, y)),
         open(hn::Gt(out.z, again.z)),
-        margin(hn::Add(tolerance, hn::Set(DF(), roundingOf(cell, gap.leaves) + roundingOf(cell, gap.enters)))),
+        margin(hn::Add(tolerance, hn::Set(DF(), gap.rounding))),
         out_steep((cell.steep >> gap.leaves & 1U) != 0),
         again_steep((cell.steep >> gap.enters & 1U) != 0) {}
 
@@ -270,10 +276,6 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
     // No branch on what is as good as random: an empty vector's place is taken by the next one.
     n += static_cast<std::size_t>(!hn::AllFalse(d, inside));
   };
-  const auto oneByOne = [&](hn::Mask<DF> lanes_left, std::size_t first) HWY_ATTR {
-    for (unsigned bits = maskBits(lanes_left); HWY_UNLIKELY(bits != 0); bits &= bits - 1)
-      c.one_by_one.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(bits))));
-  };
   const PieceShare share(c.view, c.bounds);
   byBlocks(c.blocks, [&](std::size_t first) HWY_ATTR {
     const VF x = centresX(first), y = centresY(first);
@@ -298,7 +300,7 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
     const auto some = hn::Gt(hn::Min(in.near.z, limits.near), hn::Max(in.far.z, limits.far));
     const auto lanes_of = share(in.near.z, in.far.z, x, y);
     hard = hn::Or(hard, hn::And(some, lanes_of.unsure));
-    oneByOne(hard, first);
+    listPixels(maskBits(hard), first, c.one_by_one);
     const auto inside = hn::And(some, hn::AndNot(hard, lanes_of.mine));
     in.near.z = hn::IfThenElse(inside, in.near.z, in.far.z);
     keep(in, inside, first);
@@ -321,8 +323,8 @@ HWY_INLINE std::size_t coverCounted(const Cover& c) {
 
 template <bool Careful, bool Cut, Known known>
 HWY_INLINE std::size_t coverFolded(const Cover& c) {
-  if (c.cell.folded) return coverCounted<Careful, Cut, known, true>(c);
-  return coverCounted < Careful, Cut, known == Known::side ? Known::sheet : known, false > (c);
+  constexpr Known flat = known == Known::side ? Known::sheet : known;
+  return c.cell.folded ? coverCounted<Careful, Cut, known, true>(c) : coverCounted<Careful, Cut, flat, false>(c);
 }
 
 // Of a cell that is linear no more need be known than where its intervals are, but where sheets are steep.

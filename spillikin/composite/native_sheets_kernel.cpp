@@ -226,12 +226,16 @@ constexpr bool isPlain(Care care) {
   return care == Care::none || care == Care::bend || care == Care::bends || care == Care::long_bends;
 }
 
+// Whether rays meet one interval of the cell each, told in float, and all of it is to be drawn.
+HWY_INLINE bool isOneInterval(Entry entry, const SheetCell& cell) {
+  return !entry.cut() && cell.gap_count == 0 && cell.steep == 0;
+}
+
 // Whether the cell was that simple, and was painted.
 template <bool Parallel>
 HWY_INLINE bool paintedPlain(const TileView& view, Entry entry, const SheetCell& cell, Pixels& pixels,
                              std::size_t& fragments) {
-  if (cell.linear || entry.cut() || view.clipped || cell.gap_count > 0 || cell.steep != 0 || !isPlain(cell.care))
-    return false;
+  if (cell.linear || view.clipped || !isOneInterval(entry, cell) || !isPlain(cell.care)) return false;
   fragments += withCare(cell.care, [&](auto care) HWY_ATTR {
     constexpr Care as = decltype(care)::value;
     if constexpr (isPlain(as)) {
@@ -288,7 +292,7 @@ std::size_t sheets(const TileView& view, std::span<const Entry> entries, Pixels&
     setUpSheets(view, cells, entries.subspan(begin + cells.size()), linear, scratch.batch);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const SheetCell& cell = scratch.batch.cell[i];
-      if (cell.linear && cell.gap_count == 0 && cell.steep == 0 && !cells[i].cut()) {
+      if (cell.linear && isOneInterval(cells[i], cell)) {
         fragments += parallel ? paintLinear<true>(view, scratch.batch, i, pixels)
                               : paintLinear<false>(view, scratch.batch, i, pixels);
         continue;

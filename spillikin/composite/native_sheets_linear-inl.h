@@ -17,7 +17,6 @@
 #include "spillikin/composite/native_paint-inl.h"
 #include "spillikin/composite/native_sheets.h"
 #include "spillikin/composite/native_sheets_cover-inl.h"
-#include "spillikin/composite/native_small-inl.h"
 #include "spillikin/composite/native_tiny-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -35,24 +34,12 @@ class SheetCrossing {
   template <class V, class At>
   HWY_INLINE void operator()(const V& x, const V& y, const At& /*first*/, const Pixels& /*pixels*/, V& near,
                              V& far) const {
-    near = nearness(cell_.entered[0], x, y);
-    far = nearness(cell_.left[0], x, y);
-    const unsigned entered = Sheets > 0 ? Sheets : cell_.entered_count;
-    for (unsigned k = 1; k < entered; ++k)
-      near = wide::Min(near, nearness(cell_.entered[k], x, y));
-    const unsigned left = Sheets > 0 ? Sheets : cell_.left_count;
-    for (unsigned k = 1; k < left; ++k)
-      far = wide::Max(far, nearness(cell_.left[k], x, y));
+    const auto in = intervalOf<Known::place, Folded, Sheets>(cell_, x, y);
+    near = in.near.z;
+    far = in.far.z;
   }
 
  private:
-  template <class V>
-  HWY_INLINE V nearness(std::size_t k, const V& x, const V& y) const {
-    const V z = formAt(&cell_.plane[0][k], &cell_.plane[1][k], &cell_.plane[2][k], x, y);
-    if constexpr (!Folded) return z;
-    return wide::MulAdd(hn::Set(DF(), cell_.fold[k]), sideOf(cell_, k, x, y), z);
-  }
-
   const SheetCell& cell_;
 };
 
@@ -75,35 +62,10 @@ HWY_INLINE std::size_t paintLinearAs(const TileView& view, const SheetBatch& bat
              : paintCrossing<Shade, false, 0>(view, batch, i, pixels);
 }
 
-// Calls f with what shades cells of a kind, any but Kind::full of those that setFields() knows.
-template <bool Parallel, class F>
-HWY_INLINE std::size_t withShading(Kind kind, const F& f) {
-  switch (kind) {
-    case Kind::tiny:
-      return f(std::type_identity<TinyShading<Run::line>>());
-    case Kind::tiny_curved:
-      return f(std::type_identity<TinyShading<Run::parabola>>());
-    case Kind::tiny_bend:
-      return f(std::type_identity<TinyShading<Run::bend>>());
-    case Kind::small_curved:
-      return f(std::type_identity<SmallShading<Parallel, 0, true>>());
-    case Kind::small:
-      return f(std::type_identity<SmallShading<Parallel, 0>>());
-    case Kind::small_bends1:
-      return f(std::type_identity<SmallShading<Parallel, 1>>());
-    case Kind::small_bends2:
-      return f(std::type_identity<SmallShading<Parallel, 2>>());
-    case Kind::small_bends3:
-      return f(std::type_identity<SmallShading<Parallel, 3>>());
-    default:
-      return f(std::type_identity<SmallShading<Parallel, 4>>());
-  }
-}
-
 // Cell i, of which rays meet one interval each.
 template <bool Parallel>
 HWY_INLINE std::size_t paintLinear(const TileView& view, const SheetBatch& batch, std::size_t i, Pixels& pixels) {
-  return withShading<Parallel>(batch.field.kind[i], [&](auto shade) HWY_ATTR {
+  return withSmallShading<Parallel>(batch.field.kind[i], [&](auto shade) HWY_ATTR {
     return paintLinearAs<typename decltype(shade)::type>(view, batch, i, pixels);
   });
 }
@@ -141,7 +103,7 @@ HWY_NOINLINE std::size_t shadeCovered(const LinearCell& cell, const SheetCoverag
 template <bool Parallel>
 HWY_INLINE std::size_t shadeLinear(const LinearCell& cell, const SheetCoverage& covered, std::size_t count,
                                    Pixels& pixels) {
-  return withShading<Parallel>(cell.field.kind[cell.i], [&](auto shade) HWY_ATTR {
+  return withSmallShading<Parallel>(cell.field.kind[cell.i], [&](auto shade) HWY_ATTR {
     return shadeCovered<typename decltype(shade)::type>(cell, covered, count, pixels);
   });
 }

@@ -23,6 +23,7 @@
 #include "spillikin/composite/native_certificate-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_linear-inl.h"
+#include "spillikin/composite/native_piece_share-inl.h"
 #include "spillikin/composite/native_sheets.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
@@ -335,6 +336,12 @@ HWY_INLINE void addSeconds(unsigned faces, std::uint8_t* out, unsigned& count) {
   if (HWY_UNLIKELY(alone)) std::fill(out + count, out + SheetCell::second, out[0]);
 }
 
+// Float's rounding of the nearness on sheet k, anywhere on the tile.
+HWY_INLINE float roundingOf(const SheetCell& cell, std::size_t k) {
+  const float slope = std::abs(cell.plane[0][k]) + std::abs(cell.plane[1][k]);
+  return float_rounding * (slope * float{tile_size} + std::abs(cell.plane[2][k]));
+}
+
 // By which sheets the cell is entered and left.
 HWY_INLINE void sortSheets(const FacetTable& table, FacetCode code, const FaceBits& bits, SheetCell& cell) {
   const unsigned split = (bits.leaves1 ^ bits.leaves2) & table.quads;
@@ -354,7 +361,9 @@ HWY_INLINE void sortSheets(const FacetTable& table, FacetCode code, const FaceBi
   for (unsigned rest = gaps; rest != 0; rest &= rest - 1) {
     const auto f = static_cast<std::uint8_t>(std::countr_zero(rest));
     const auto g = static_cast<std::uint8_t>(f + SheetCell::second);
-    cell.gap[cell.gap_count++] = (bits.leaves1 >> f & 1U) != 0 ? SheetCell::Gap{f, g} : SheetCell::Gap{g, f};
+    const float rounding = roundingOf(cell, f) + roundingOf(cell, g);
+    cell.gap[cell.gap_count++] =
+        (bits.leaves1 >> f & 1U) != 0 ? SheetCell::Gap{f, g, rounding} : SheetCell::Gap{g, f, rounding};
   }
 }
 
@@ -402,13 +411,13 @@ HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell, std::span<const Whol
   const auto past = static_cast<std::size_t>(cell.blocks.y1) * block_columns;
   for (std::size_t b = first / lanes * lanes; b < past; b += lanes) {
     const VF x = hn::Load(d, block_middles.x + b), y = hn::Load(d, block_middles.y + b);
-    const auto form = [&](const SheetCell::Coefficient(&of)[3], const float* t, std::size_t k) HWY_ATTR {
+    const auto sheetForm = [&](const SheetCell::Coefficient(&of)[3], const float* t, std::size_t k) HWY_ATTR {
       return hn::MulAdd(hn::Set(d, of[0][k]), x, hn::MulAdd(hn::Set(d, of[1][k]), y, hn::Set(d, t[k])));
     };
     const auto at = [&](std::size_t k, const float* t, const float* side) HWY_ATTR {
-      const VF z = form(cell.plane, t, k);
+      const VF z = sheetForm(cell.plane, t, k);
       if constexpr (!Folded) return z;
-      return hn::MulAdd(hn::Set(d, cell.fold[k]), hn::Max(form(cell.side, side, k), hn::Zero(d)), z);
+      return hn::MulAdd(hn::Set(d, cell.fold[k]), hn::Max(sheetForm(cell.side, side, k), hn::Zero(d)), z);
     };
     VF near = at(cell.entered[0], reach.most, reach.side_most);
     for (unsigned k = 1; k < cell.entered_count; ++k)
@@ -418,8 +427,7 @@ HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell, std::span<const Whol
       far = hn::Max(far, at(cell.left[k], reach.least, reach.side_least));
     auto some = hn::Gt(near, far);
     for (const WholeCell::Bound& bound : bounds) {
-      const VF z = hn::MulAdd(hn::Set(d, bound.nearness[0]), x,
-                              hn::MulAdd(hn::Set(d, bound.nearness[1]), y, hn::Set(d, bound.nearness[2])));
+      const VF z = form(bound.nearness, x, y);
       const VF margin =
           hn::Set(d, block_reach * (std::abs(bound.nearness[0]) + std::abs(bound.nearness[1])) + bound.rounding);
       some = hn::And(some, bound.entry ? hn::Lt(far, hn::Add(z, margin)) : hn::Gt(near, hn::Sub(z, margin)));

@@ -36,6 +36,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 // What the series may leave out of a colour: a tenth of a display step if every fragment erred at its worst and to the
 // same side.
 constexpr float small_left_out = 4e-4F;
+// An optical depth m that is off by a share of it moves the opacity by that times m exp(-m), at most this.
+constexpr float opacity_of_depth = 0.37F;
 // A cell's depth as a share of its distance, at most: of depths, its cube is left out.
 constexpr float small_relative_depth = 0.05F;
 

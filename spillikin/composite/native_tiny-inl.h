@@ -15,6 +15,7 @@
 #include <hwy/highway.h>
 
 #include <cstddef>
+#include <type_traits>
 
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_certificate-inl.h"
@@ -30,7 +31,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // What the first terms may leave out of a colour, with what the small cells' series do: a fifth of a display step.
 constexpr float tiny_left_out = 8e-4F;
-// A cell's depth as a share of its distance, at most: of depths, half of its square is left out.
+// A cell's depth as a share of its distance, at most: of depths, part of its square is left out.
 constexpr float tiny_relative_depth = 0.02F;
 
 // Cells that are tiny, and what is left out of a colour there.
@@ -78,10 +79,9 @@ HWY_INLINE Tininess setTiny(const Looks& looks, const Smallness& small, const Mi
   const VF unsteady = hn::Mul(hn::Mul(looks.range, small.relative), set(0.25F));
   const VF mean = hn::MulAdd(hn::Abs(turned), set(3.0F), unsteady);
   const VF of_colors = hn::MulAdd(looks.steepest, hn::Add(mean, hn::Abs(bowed)), small.left_out);
-  // Extinction is taken at the colours' scalar, all of its shift included. A depth m that is off by a share of it moves
-  // the opacity by that times m exp(-m), 0.37 at most.
+  // Extinction is taken at the colours' scalar, all of its shift included.
   const VF of_depths = hn::Mul(hn::Abs(small.extinction_slope), hn::MulAdd(hn::Abs(bowed), set(8.0F), mean));
-  const VF left_out = hn::MulAdd(of_depths, set(0.37F), of_colors);
+  const VF left_out = hn::MulAdd(of_depths, set(opacity_of_depth), of_colors);
   const auto little = hn::And(hn::Le(left_out, set(tiny_left_out)), hn::Le(small.relative, set(tiny_relative_depth)));
   return {hn::And(small.thin, little), left_out};
 }
@@ -134,6 +134,31 @@ class TinyShading : public SmallCheck {
   float amid_;
   VF x_, y_, near_, far_, origin_, depth_, depth_near_, depth_far_, change_;
 };
+
+// Calls f with what shades small and tiny cells of a kind: up to Kind::small_bends4.
+template <bool Parallel, class F>
+HWY_INLINE auto withSmallShading(Kind kind, const F& f) {
+  switch (kind) {
+    case Kind::tiny:
+      return f(std::type_identity<TinyShading<Run::line>>());
+    case Kind::tiny_curved:
+      return f(std::type_identity<TinyShading<Run::parabola>>());
+    case Kind::tiny_bend:
+      return f(std::type_identity<TinyShading<Run::bend>>());
+    case Kind::small_curved:
+      return f(std::type_identity<SmallShading<Parallel, 0, true>>());
+    case Kind::small:
+      return f(std::type_identity<SmallShading<Parallel, 0>>());
+    case Kind::small_bends1:
+      return f(std::type_identity<SmallShading<Parallel, 1>>());
+    case Kind::small_bends2:
+      return f(std::type_identity<SmallShading<Parallel, 2>>());
+    case Kind::small_bends3:
+      return f(std::type_identity<SmallShading<Parallel, 3>>());
+    default:
+      return f(std::type_identity<SmallShading<Parallel, 4>>());
+  }
+}
 
 }  // namespace
 }  // namespace spillikin::composite::native::HWY_NAMESPACE

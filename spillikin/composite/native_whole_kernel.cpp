@@ -23,11 +23,6 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE VF form(const WholeCell::Form& f, VF x, VF y) {
-  const DF d;
-  return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
-}
-
 // The segments between the crossings of a whole cell.
 template <bool Parallel, bool Clipped>
 HWY_INLINE Segment between(const TileView& view, VF& near, VF& far, VF front, VF back, hn::Mask<DF>& inside,
@@ -117,11 +112,6 @@ HWY_INLINE hn::Mask<DF> drawn(const PieceShare& share, std::size_t first, Crossi
   return hn::And(some, lanes.mine);
 }
 
-HWY_INLINE void leaveOver(unsigned lanes, std::size_t first, KernelScratch& scratch) {
-  for (; HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
-    scratch.left_over.push_back(static_cast<std::uint16_t>(first + static_cast<unsigned>(std::countr_zero(lanes))));
-}
-
 template <bool Parallel, bool Clipped, Care care>
 HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell, Pixels& pixels,
                                     KernelScratch& scratch) {
@@ -139,7 +129,7 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
         if (!pixels.isLive(first)) continue;
         Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
         auto inside = drawn(share, first, c);
-        leaveOver(maskBits(c.bad), first, scratch);
+        listPixels(maskBits(c.bad), first, scratch.left_over);
         if (hn::AllFalse(d, inside)) continue;
         VF near = c.near;
         VF far = c.far;
@@ -190,7 +180,7 @@ void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask
         if (asked == 0) continue;
         Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
         auto inside = drawn(share, first, c);
-        leaveOver(maskBits(c.bad) & asked, first, scratch);
+        listPixels(maskBits(c.bad) & asked, first, scratch.left_over);
         VF near = c.near;
         VF far = c.far;
         const Segment segment =
