@@ -230,7 +230,8 @@ struct CellBatch {
   alignas(64) PerCell<Kind> kind;
   alignas(64) PerCell<float> least;                                   // extent of a small cell's that proves anything
   alignas(64) PerCell<float> turn[3], depth[3], depth_square, shift;  // of small cells, see native_small-inl.h
-  alignas(64) PerCell<float> per_near, per_far, origin, tiny_depth[3], half_change;  // see native_tiny-inl.h
+  alignas(64) PerCell<float> per_near, per_far, tiny_origin, tiny_depth[3], half_change;  // see native_tiny-inl.h
+  alignas(64) PerCell<float> origin;  // at[2] less what the cell's shader wants scalars relative to; or tiny_origin
   alignas(64) PerCell<float> uneven = {};  // how far the scalar may be from `at` and `apex`; never, in a tetrahedron
   // What small cells show, as functions of the scalar less `amid`, the middle of its range (see native_fit-inl.h).
   alignas(64) PerCell<float> amid, extinction, extinction_slope;

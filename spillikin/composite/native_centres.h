@@ -21,6 +21,16 @@ struct Centres {
 };
 inline constexpr Centres centres;
 
+// The centres of the first pixels of a tile's columns of blocks, and again of its rows.
+struct BlockCorners {
+  alignas(64) float at[2 * block_columns];
+  constexpr BlockCorners() : at{} {
+    for (int b = 0; b < block_columns; ++b)
+      at[b] = at[block_columns + b] = static_cast<float>(4 * b) + 0.5F;
+  }
+};
+inline constexpr BlockCorners block_corners;
+
 // The middles of a tile's blocks, relative to the tile, and how far from them pixel centres lie each way.
 struct BlockMiddles {
   alignas(64) float x[tile_blocks];

@@ -11,9 +11,10 @@
 #include <hwy/highway.h>
 
 #include <cstddef>
+#include <type_traits>
 
 #include "spillikin/composite/native_batch.h"
-#include "spillikin/composite/native_centres-inl.h"
+#include "spillikin/composite/native_forms-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace spillikin::composite::native::HWY_NAMESPACE {
@@ -21,19 +22,34 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// The forms of a cell: nearness on its faces, and the scalar as it is wanted (see CellBatch::origin).
+inline constexpr std::size_t the_scalar = 4, cell_forms = 5;
+using CellForms = Forms<cell_forms>;
+
+HWY_INLINE Form scalarForm(const CellBatch& batch, std::size_t i) {
+  return {batch.at[0][i], batch.at[1][i], batch.origin[i]};
+}
+
+HWY_INLINE void setForms(const CellBatch& batch, std::size_t i, CellForms& forms) {
+  for (std::size_t k = 0; k < the_scalar; ++k)
+    forms.set(k, {batch.face[k][0][i], batch.face[k][1][i], batch.face[k][2][i]});
+  forms.set(the_scalar, scalarForm(batch, i));
+}
+
+// Where the rays of one vector or two enter and leave a cell, as nearness; they meet it where near is more than far.
+// And the scalar's form there.
+template <class V>
+struct Crossed {
+  V near, far, at;
+};
+
 // The planes of one cell. `limited` is for views with clip planes and cells that the eye's plane crosses: rays are then
 // kept within the pixels' ranges, and none of the faces need be entered.
 class Crossing {
  public:
-  HWY_INLINE Crossing(const CellBatch& batch, std::size_t i, bool limited)
-      : eye_(hn::Set(DF(), batch.eye_nearness)), limited_(limited) {
+  HWY_INLINE Crossing(const CellForms& forms, const CellBatch& batch, std::size_t i, bool limited)
+      : forms_(forms), eye_(hn::Set(DF(), batch.eye_nearness)), limited_(limited) {
     const DF d;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const auto& face = batch.face[k];
-      x_[k] = hn::Set(d, face[0][i]);
-      y_[k] = hn::Set(d, face[1][i]);
-      t_[k] = hn::Set(d, face[2][i]);
-    }
     const auto more = [&](std::int32_t than) HWY_ATTR {
       const hn::RebindToSigned<DF> di;
       return hn::RebindMask(d, hn::Gt(hn::Set(di, batch.entered[i]), hn::Set(di, than)));
@@ -45,15 +61,14 @@ class Crossing {
     inside_ = batch.entered[i] == 0;
   }
 
-  // Nearness where the rays of the vectors at `first`, through (x, y), enter and leave; they meet the cell where near
-  // is more than far.
-  template <class V, class At>
-  HWY_INLINE void operator()(const V& x, const V& y, const At& first, const Pixels& pixels, V& near, V& far) const {
-    const auto plane = [&](std::size_t k) HWY_ATTR { return wide::MulAdd(x_[k], x, wide::MulAdd(y_[k], y, t_[k])); };
-    const V z0 = plane(0), z1 = plane(1), z2 = plane(2), z3 = plane(3);
-    near = wide::IfThenElse(two_, wide::Min(z0, z1), z0);
+  template <class At>
+  HWY_INLINE auto operator()(const At& first, const Pixels& pixels) const {
+    const auto form = [&](std::size_t k) HWY_ATTR { return forms_(k, first); };
+    const auto z0 = form(0), z1 = form(1), z2 = form(2), z3 = form(3);
+    using V = std::remove_const_t<decltype(z0)>;
+    V near = wide::IfThenElse(two_, wide::Min(z0, z1), z0);
     near = wide::IfThenElse(three_, wide::Min(near, z2), near);
-    far = wide::IfThenElse(one_left_, wide::Max(z3, z1), z3);
+    V far = wide::IfThenElse(one_left_, wide::Max(z3, z1), z3);
     far = wide::IfThenElse(two_left_, wide::Max(far, z2), far);
     if (HWY_UNLIKELY(limited_)) {
       if (inside_) {
@@ -63,10 +78,12 @@ class Crossing {
       near = wide::Min(near, wide::load(pixels.clip_near.data(), first));
       far = wide::Max(far, wide::load(pixels.clip_far.data(), first));
     }
+    return Crossed<V>{near, far, form(the_scalar)};
   }
 
  private:
-  VF x_[4], y_[4], t_[4], eye_;
+  FormsV<cell_forms> forms_;
+  VF eye_;
   hn::Mask<DF> two_, three_, one_left_, two_left_;  // so many faces are entered, or are left besides the last
   bool limited_, inside_ = false;
 };

@@ -48,10 +48,9 @@ class Shading {
   }
 
   template <class V, class M, class At>
-  HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
-                        Pixels& pixels) const {
+  HWY_INLINE void blend(const Crossed<V>& ray, const M& inside, const At& first, Pixels& pixels) const {
     const V unit = wide::load(pixels.length.data(), first);
-    shader_.blend(rays_(near, far, inside, x, y, unit), first, pixels);
+    shader_.blend(rays_(ray, inside, unit), first, pixels);
   }
 
  private:
@@ -61,16 +60,17 @@ class Shading {
 
 // One cell onto the pixels. Returns its fragments.
 template <class Shade>
-HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellBatch& batch, std::size_t i, std::uint64_t blocks,
-                                   Pixels& pixels) {
-  return paintCrossed<Shade>(Crossing(batch, i, limited(view, batch, i)), view, batch, i, blocks, pixels);
+HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellForms& forms, const CellBatch& batch, std::size_t i,
+                                   std::uint64_t blocks, Pixels& pixels) {
+  return paintCrossed<Shade>(Crossing(forms, batch, i, limited(view, batch, i)), view, batch, i, blocks, pixels);
 }
 
 template <bool Parallel>
-HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, std::size_t i, std::uint64_t blocks,
-                                 Pixels& pixels) {
-  const auto paint = [&](auto shade)
-                         HWY_ATTR { return paintCell<typename decltype(shade)::type>(view, batch, i, blocks, pixels); };
+HWY_INLINE std::size_t paintKind(const TileView& view, const CellForms& forms, const CellBatch& batch, std::size_t i,
+                                 std::uint64_t blocks, Pixels& pixels) {
+  const auto paint = [&](auto shade) HWY_ATTR {
+    return paintCell<typename decltype(shade)::type>(view, forms, batch, i, blocks, pixels);
+  };
   const auto by = [&](auto shader) HWY_ATTR {
     return paint(std::type_identity<Shading<Parallel, typename decltype(shader)::type>>());
   };
@@ -128,14 +128,27 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellBatch& batch, s
 
 template <bool Parallel>
 std::size_t paintBatch(const TileView& view, std::span<const Entry> cells, const CellBatch& batch, Pixels& pixels) {
-  std::size_t fragments = 0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (HWY_UNLIKELY(batch.kind[i] == Kind::edge_on)) {
+  const auto isEdgeOn = [&](std::size_t i) HWY_ATTR { return HWY_UNLIKELY(batch.kind[i] == Kind::edge_on); };
+  const auto blocksOf = [&](std::size_t i) HWY_ATTR { return batch.blockBits(i) & pixels.live; };
+  // The first to be painted, or to be handed back, from i on.
+  const auto next = [&](std::size_t i) HWY_ATTR {
+    while (i < cells.size() && !isEdgeOn(i) && blocksOf(i) == 0)
+      ++i;
+    return i;
+  };
+  // Those of a cell are set while the one before it is painted, so that no pixel waits for them.
+  CellForms forms[2];
+  std::size_t fragments = 0, i = next(0);
+  if (i < cells.size()) setForms(batch, i, forms[0]);
+  for (std::size_t turn = 0; i < cells.size(); turn ^= 1U) {
+    const std::size_t after = next(i + 1);
+    if (after < cells.size()) setForms(batch, after, forms[turn ^ 1U]);
+    if (isEdgeOn(i)) {
       view.hand_back.take(view.hand_back.self, cells[i]);
-      continue;
+    } else {
+      fragments += paintKind<Parallel>(view, forms[turn], batch, i, blocksOf(i), pixels);
     }
-    const std::uint64_t blocks = batch.blockBits(i) & pixels.live;
-    if (blocks != 0) fragments += paintKind<Parallel>(view, batch, i, blocks, pixels);
+    i = after;
   }
   return fragments;
 }
@@ -145,7 +158,9 @@ HWY_NOINLINE std::size_t coverCell(const TileView& view, const CellBatch& batch,
                                    Coverage& out) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
-  const Crossing crossing(batch, i, limited(view, batch, i));
+  CellForms forms;
+  setForms(batch, i, forms);
+  const Crossing crossing(forms, batch, i, limited(view, batch, i));
   std::size_t n = 0;
   const auto keep = [&](const VF& near, const VF& far, std::size_t first) HWY_ATTR {
     hn::Store(near, d, out.near + n * lanes);
@@ -155,14 +170,12 @@ HWY_NOINLINE std::size_t coverCell(const TileView& view, const CellBatch& batch,
     n += static_cast<std::size_t>(!hn::AllFalse(d, hn::Gt(near, far)));
   };
   byTwoBlocks(batch.blockBits(i) & pixels.live, [&](const auto& first) HWY_ATTR {
-    const auto x = centresX(first), y = centresY(first);
-    std::remove_const_t<decltype(x)> near, far;
-    crossing(x, y, first, pixels, near, far);
-    if constexpr (wide::is_two<std::remove_const_t<decltype(x)>>) {
-      keep(near.a, far.a, first.a);
-      keep(near.b, far.b, first.b);
+    const auto ray = crossing(first, pixels);
+    if constexpr (wide::is_two<std::remove_cvref_t<decltype(first)>>) {
+      keep(ray.near.a, ray.far.a, first.a);
+      keep(ray.near.b, ray.far.b, first.b);
     } else {
-      keep(near, far, first);
+      keep(ray.near, ray.far, first);
     }
   });
   return n;
@@ -213,6 +226,7 @@ HWY_NOINLINE void collectCell(const TileView& view, const CellBatch& batch, std:
   const std::size_t lanes = hn::Lanes(d);
   const Shader<care> shader(batch.look(view.screen->pieces().data(), i));
   const Rays<Parallel> rays(view, batch, i, shader.anchor());
+  const FormV at({batch.at[0][i], batch.at[1][i], batch.at[2][i] - shader.anchor()});
   const Coverage& covered = scratch.covered;
   Pixels& blank = scratch.blank;
   for (std::size_t k = 0; k < count; ++k) {
@@ -225,8 +239,8 @@ HWY_NOINLINE void collectCell(const TileView& view, const CellBatch& batch, std:
     for (auto* channel : {&blank.red, &blank.green, &blank.blue})
       hn::Store(hn::Zero(d), d, channel->data() + first);
     hn::Store(hn::Set(d, 1.0F), d, blank.light.data() + first);
-    shader.blend(rays(near, far, inside, centresX(first), centresY(first), hn::Load(d, pixels.length.data() + first)),
-                 first, blank);
+    const Crossed<VF> ray{near, far, at(first)};
+    shader.blend(rays(ray, inside, hn::Load(d, pixels.length.data() + first)), first, blank);
     for (std::size_t lane = 0; bits != 0; ++lane, bits >>= 1U) {
       const std::size_t p = first + lane;
       if ((bits & 1U) == 0) continue;

@@ -117,6 +117,19 @@ HWY_INLINE hn::Vec<DIF> straightKinds(const TileView& view, VF length, std::size
   return hn::IfThenElse(hn::RebindMask(di, is_thin), thin, counted(Kind::long0, Kind::longs));
 }
 
+// Sets the origin that each of the cells from i on is shaded from, once their kinds are known.
+HWY_INLINE void setOrigins(const Screen& screen, std::size_t i, CellBatch& batch) {
+  const DF d;
+  const DIF di;
+  const auto kind = hn::Load(di, reinterpret_cast<const std::int32_t*>(batch.kind + i));
+  const auto before = [&](Kind other) HWY_ATTR { return hn::RebindMask(d, hn::Gt(kindNumber(other), kind)); };
+  const PieceNumbers of_first(screen, hn::Load(di, batch.first_piece + i));
+  const VF anchor = hn::IfThenElse(before(Kind::none), hn::Load(d, batch.amid + i),
+                                   hn::IfThenElseZero(before(Kind::cut), of_first(offsetof(Piece, anchor))));
+  const VF at = hn::Sub(hn::Load(d, batch.at[2] + i), anchor);
+  hn::Store(hn::IfThenElse(before(Kind::small_curved), hn::Load(d, batch.tiny_origin + i), at), d, batch.origin + i);
+}
+
 // Whether the rounding of a depth moves the scalar of the cells from i on by next to nothing.
 HWY_INLINE hn::Mask<DF> steadyCells(const TileView& view, std::size_t i, const CellBatch& batch) {
   const DF d;

@@ -131,6 +131,7 @@ HWY_INLINE void setFieldKinds(const TileView& view, std::size_t i, SheetBatch& b
   if (!field.parallel) taken = hn::And(taken, before_eye);
   const auto small = hn::AndNot(hn::Gt(kind, kindNumber(Kind::small_bends4)), hn::RebindMask(di, taken));
   hn::Store(hn::IfThenElse(small, kind, kindNumber(Kind::full)), di, reinterpret_cast<std::int32_t*>(field.kind + i));
+  setOrigins(*view.screen, i, field);
 }
 
 // Sets batch.field, with the kinds of all cells of the batch.

@@ -12,11 +12,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_crossing-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_wide-inl.h"
 
@@ -34,13 +34,11 @@ HWY_INLINE std::size_t paintCrossed(const Cross& crossing, const TileView& view,
   const Certificate certificate(view);
   std::size_t fragments = 0;
   const auto paint = [&](const auto& first) HWY_ATTR {
-    const auto x = centresX(first), y = centresY(first);
-    std::remove_const_t<decltype(x)> near, far;
-    crossing(x, y, first, pixels, near, far);
-    const auto inside = wide::Gt(near, far);
+    const auto ray = crossing(first, pixels);
+    const auto inside = wide::Gt(ray.near, ray.far);
     fragments += wide::CountTrue(inside);
-    shade.check(certificate, near, far, inside, first, pixels);
-    shade.blend(near, far, inside, x, y, first, pixels);
+    shade.check(certificate, ray.near, ray.far, inside, first, pixels);
+    shade.blend(ray, inside, first, pixels);
   };
   // Of a short chain of operations a core works on several at once by itself, with fewer registers.
   if constexpr (Shade::short_chain) {

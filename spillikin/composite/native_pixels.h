@@ -49,14 +49,17 @@ inline bool hasPixel(const PixelMask& mask, std::size_t pixel) {
 
 // Structure of arrays over pixelIndex.
 struct Pixels {
-  template <class T>
-  using PerPixel = std::array<T, tile_pixels>;
-  alignas(64) PerPixel<float> red, green, blue, light;
-  alignas(64) PerPixel<float> last;                 // nearness at which the last fragment ended
-  alignas(64) PerPixel<float> length;               // world length of a unit of depth on the pixel's ray
-  alignas(64) PerPixel<float> clip_near, clip_far;  // the range of nearness that clip planes and the eye leave
-  PixelMask flagged;                                // where an inversion was found
-  std::uint64_t live;                               // a bit for each block to which more cells may come
+  // Arrays a power of two apart would lie in the same sets of a cache, and a core takes a load for one of what it has
+  // just stored where only the low twelve bits of their addresses are the same: a block's lines lie five lines apart.
+  struct alignas(64) PerPixel : std::array<float, tile_pixels> {
+    std::array<float, std::size_t{5} * 16> unused;
+  };
+  PerPixel red, green, blue, light;
+  PerPixel last;                 // nearness at which the last fragment ended
+  PerPixel length;               // world length of a unit of depth on the pixel's ray
+  PerPixel clip_near, clip_far;  // the range of nearness that clip planes and the eye leave
+  PixelMask flagged;             // where an inversion was found
+  std::uint64_t live;            // a bit for each block to which more cells may come
 
   bool isLive(std::size_t pixel) const { return (live >> (pixel / block_pixels) & 1U) != 0; }
 };

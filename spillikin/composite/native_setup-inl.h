@@ -270,6 +270,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
       const Care care = batch.look(pieces, c).care(batch.chord[c] * view.longest, true);
       batch.kind[c] = kindOf(care, batch.last_piece[c] - batch.first_piece[c]);
     }
+    setOrigins(*view.screen, i, batch);
   }
 }
 

@@ -17,6 +17,7 @@
 
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_centres.h"
+#include "spillikin/composite/native_crossing-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_thin-inl.h"
 
@@ -54,19 +55,15 @@ template <bool Parallel>
 class Rays {
  public:
   HWY_INLINE Rays(const TileView& view, const CellBatch& batch, std::size_t i, float anchor)
-      : x_(hn::Set(DF(), batch.at[0][i])),
-        y_(hn::Set(DF(), batch.at[1][i])),
-        t_(hn::Set(DF(), batch.at[2][i] - anchor)),
-        apex_(hn::Set(DF(), Parallel ? -batch.apex[i] : batch.apex[i] - anchor)),
+      : apex_(hn::Set(DF(), Parallel ? -batch.apex[i] : batch.apex[i] - anchor)),
         middle_(hn::Set(DF(), batch.middle_nearness[i])),
         half_per_middle_(hn::Set(DF(), batch.half_per_middle[i])),
         z0_(hn::Set(DF(), view.z0)) {}
 
   // Lanes outside of the cell get no length, no change and a harmless scalar, whatever near and far are there.
   template <class V, class M>
-  HWY_INLINE SegmentOf<V> operator()(const V& near, const V& far, const M& inside, const V& x, const V& y,
-                                     const V& unit) const {
-    const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, t_));
+  HWY_INLINE SegmentOf<V> operator()(const Crossed<V>& ray, const M& inside, const V& unit) const {
+    const V &near = ray.near, &far = ray.far, &at = ray.at;
     const V extent = wide::Sub(near, far);
     const V to_front = wide::Sub(middle_, near);
     if constexpr (Parallel) {
@@ -89,7 +86,7 @@ class Rays {
   }
 
  private:
-  VF x_, y_, t_, apex_, middle_, half_per_middle_, z0_;
+  VF apex_, middle_, half_per_middle_, z0_;
 };
 
 template <Care care>

@@ -29,24 +29,23 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <bool Folded, unsigned Sheets>
 class SheetCrossing {
  public:
-  explicit HWY_INLINE SheetCrossing(const SheetCell& cell) : cell_(cell) {}
+  HWY_INLINE SheetCrossing(const SheetCell& cell, const Form& form) : cell_(cell), form_(form) {}
 
-  template <class V, class At>
-  HWY_INLINE void operator()(const V& x, const V& y, const At& /*first*/, const Pixels& /*pixels*/, V& near,
-                             V& far) const {
-    const auto in = intervalOf<Known::place, Folded, Sheets>(cell_, x, y);
-    near = in.near.z;
-    far = in.far.z;
+  template <class At>
+  HWY_INLINE auto operator()(const At& first, const Pixels& /*pixels*/) const {
+    const auto in = intervalOf<Known::place, Folded, Sheets>(cell_, centresX(first), centresY(first));
+    return Crossed<std::remove_cvref_t<decltype(in.near.z)>>{in.near.z, in.far.z, form_(first)};
   }
 
  private:
   const SheetCell& cell_;
+  FormV form_;
 };
 
 template <class Shade, bool Folded, unsigned Sheets>
 HWY_NOINLINE std::size_t paintCrossing(const TileView& view, const SheetBatch& batch, std::size_t i, Pixels& pixels) {
   const SheetCell& cell = batch.cell[i];
-  const SheetCrossing<Folded, Sheets> crossing(cell);
+  const SheetCrossing<Folded, Sheets> crossing(cell, scalarForm(batch.field, i));
   return paintCrossed<Shade>(crossing, view, batch.field, i, cell.block_bits & pixels.live, pixels);
 }
 
@@ -81,6 +80,7 @@ HWY_NOINLINE std::size_t shadeCovered(const LinearCell& cell, const SheetCoverag
                                       Pixels& pixels) {
   const std::size_t lanes = hn::Lanes(DF());
   const Shade shade(cell.view, cell.field, cell.i);
+  const FormV form(scalarForm(cell.field, cell.i));
   const Certificate certificate(cell.view);
   std::size_t fragments = 0;
   const auto paint = [&](const auto& first, const auto& at) HWY_ATTR {
@@ -88,7 +88,7 @@ HWY_NOINLINE std::size_t shadeCovered(const LinearCell& cell, const SheetCoverag
     const auto inside = wide::Gt(near, far);
     fragments += wide::CountTrue(inside);
     shade.check(certificate, near, far, inside, first, pixels);
-    shade.blend(near, far, inside, centresX(first), centresY(first), first, pixels);
+    shade.blend(Crossed{near, far, form(first)}, inside, first, pixels);
   };
   if constexpr (Shade::short_chain) {
     for (std::size_t k = 0; k < count; ++k)

@@ -22,6 +22,7 @@
 
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_crossing-inl.h"
 #include "spillikin/composite/native_fit-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_looks-inl.h"
@@ -187,9 +188,6 @@ class SmallShading : public SmallCheck {
         pieces_(view.screen->pieces().data() + batch.first_piece[i]),
         amid_(batch.amid[i]) {
     const DF d;
-    x_ = hn::Set(d, batch.at[0][i]);
-    y_ = hn::Set(d, batch.at[1][i]);
-    t_ = hn::Set(d, batch.at[2][i] - amid_);
     apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - amid_);
     for (std::size_t k = 0; k < 3; ++k) {
       turn_[k] = hn::Set(d, batch.turn[k][i]);
@@ -201,11 +199,10 @@ class SmallShading : public SmallCheck {
   }
 
   template <class V, class M, class At>
-  HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
-                        Pixels& pixels) const {
-    const V extent = wide::Sub(near, far), sum = wide::Add(near, far);
+  HWY_INLINE void blend(const Crossed<V>& ray, const M& inside, const At& first, Pixels& pixels) const {
+    const V extent = wide::Sub(ray.near, ray.far), sum = wide::Add(ray.near, ray.far);
     const V squared = wide::Mul(extent, extent);
-    const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, t_));
+    const V at = ray.at;
     const V steep = Parallel ? wide::same<V>(apex_) : wide::Sub(at, apex_);
     const V behind = wide::MulAdd(sum, wide::MulAdd(sum, turn_[2], turn_[1]), turn_[0]);
     const V mean = wide::MulAdd(steep, behind, at);
@@ -235,7 +232,7 @@ class SmallShading : public SmallCheck {
   Colors<curved> colors_;
   const Piece* pieces_;
   float amid_;
-  VF x_, y_, t_, apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_;
+  VF apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_;
 };
 
 }  // namespace

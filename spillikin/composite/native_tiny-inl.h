@@ -70,7 +70,7 @@ HWY_INLINE Tininess setTiny(const Looks& looks, const Smallness& small, const Mi
   hn::Store(hn::Sub(along, shift), d, batch.per_far + i);
   // Half of what the square of s moves the scalar by goes to all.
   const VF at = hn::Sub(load(batch.at[2]), amid);
-  hn::Store(hn::NegMulAdd(along, twice, hn::Add(at, hn::Sub(turned, bowed))), d, batch.origin + i);
+  hn::Store(hn::NegMulAdd(along, twice, hn::Add(at, hn::Sub(turned, bowed))), d, batch.tiny_origin + i);
   hn::Store(depth, d, batch.tiny_depth[0] + i);
   hn::Store(hn::Add(per_sum, gain), d, batch.tiny_depth[1] + i);
   hn::Store(hn::Sub(per_sum, gain), d, batch.tiny_depth[2] + i);
@@ -100,11 +100,8 @@ class TinyShading : public SmallCheck {
         pieces_(view.screen->pieces().data() + batch.first_piece[i]),
         amid_(batch.amid[i]) {
     const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
-    x_ = set(batch.at[0][i]);
-    y_ = set(batch.at[1][i]);
     near_ = set(batch.per_near[i]);
     far_ = set(batch.per_far[i]);
-    origin_ = set(batch.origin[i]);
     depth_ = set(batch.tiny_depth[0][i]);
     depth_near_ = set(batch.tiny_depth[1][i]);
     depth_far_ = set(batch.tiny_depth[2][i]);
@@ -112,10 +109,9 @@ class TinyShading : public SmallCheck {
   }
 
   template <class V, class M, class At>
-  HWY_INLINE void blend(const V& near, const V& far, const M& inside, const V& x, const V& y, const At& first,
-                        Pixels& pixels) const {
+  HWY_INLINE void blend(const Crossed<V>& ray, const M& inside, const At& first, Pixels& pixels) const {
+    const V &near = ray.near, &far = ray.far, &at = ray.at;
     const V extent = wide::Sub(near, far);
-    const V at = wide::MulAdd(x_, x, wide::MulAdd(y_, y, origin_));
     const V value = wide::MulAdd(near_, near, wide::MulAdd(far_, far, at));
     const V per = wide::MulAdd(depth_near_, near, wide::MulAdd(depth_far_, far, depth_));
     const V in_world = wide::Mul(wide::Mul(extent, wide::load(pixels.length.data(), first)), per);
@@ -132,7 +128,7 @@ class TinyShading : public SmallCheck {
   Colors<run == Run::parabola> colors_;
   const Piece* pieces_;
   float amid_;
-  VF x_, y_, near_, far_, origin_, depth_, depth_near_, depth_far_, change_;
+  VF near_, far_, depth_, depth_near_, depth_far_, change_;
 };
 
 // Calls f with what shades small and tiny cells of a kind: up to Kind::small_bends4.

@@ -1,0 +1,112 @@
+// Linear forms of a pixel's centre, such as nearness on a plane, on one vector of pixels after the other. Included once
+// per instruction set.
+
+#if defined(SPILLIKIN_NATIVE_FORMS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SPILLIKIN_NATIVE_FORMS_INL_H
+#undef SPILLIKIN_NATIVE_FORMS_INL_H
+#else
+#define SPILLIKIN_NATIVE_FORMS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+
+#include "spillikin/composite/native_centres-inl.h"
+#include "spillikin/composite/native_wide-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace spillikin::composite::native::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A linear form of the pixel's centre.
+struct Form {
+  float x, y, t;
+};
+
+// The same over vectors, where they come in no order.
+class FormV {
+ public:
+  explicit HWY_INLINE FormV(const Form& form)
+      : x_(hn::Set(DF(), form.x)), y_(hn::Set(DF(), form.y)), t_(hn::Set(DF(), form.t)) {}
+
+  template <class At>
+  HWY_INLINE auto operator()(const At& first) const {
+    return wide::MulAdd(x_, centresX(first), wide::MulAdd(y_, centresY(first), t_));
+  }
+
+ private:
+  VF x_, y_, t_;
+};
+
+// Forms over the blocks of a tile. Each is what it gains from a block's first pixel on, the same for every block, and a
+// number each for the block's column and its row: two additions, which take fewer registers than the form's three
+// coefficients, and which some cores do beside their multiplications (a fifth to a quarter less time a block on Zen 4).
+template <std::size_t Count>
+struct Forms {
+  static constexpr std::size_t lanes = hn::MaxLanes(DF());
+  static constexpr std::size_t vectors = block_pixels / lanes, columns = block_columns;
+  alignas(64) float over[Count][block_pixels];
+  alignas(64) float of_block[Count][2 * columns];  // by column, then by row
+
+  HWY_INLINE void set(std::size_t k, const Form& form) {
+    const DF d;
+    const VF x = hn::Set(d, form.x), y = hn::Set(d, form.y), t = hn::Set(d, form.t);
+    const auto from = [&](const float* centre, std::size_t pixel)
+                          HWY_ATTR { return hn::Sub(hn::Load(d, centre + pixel), hn::Set(d, centre[0])); };
+    for (std::size_t p = 0; p < block_pixels; p += lanes)
+      hn::Store(hn::MulAdd(x, from(centres.x[0], p), hn::Mul(y, from(centres.y[0], p))), d, over[k] + p);
+    if constexpr (lanes == 2 * columns) {
+      const auto rows = hn::Ge(hn::Iota(d, 0.0F), hn::Set(d, static_cast<float>(columns)));
+      const VF sum = hn::MulAdd(hn::IfThenElse(rows, y, x), hn::Load(d, block_corners.at), hn::IfThenElseZero(rows, t));
+      hn::Store(sum, d, of_block[k]);
+    } else {
+      for (std::size_t c = 0; c < columns; c += lanes) {
+        const VF corner = hn::Load(d, block_corners.at + c);
+        hn::Store(hn::Mul(x, corner), d, of_block[k] + c);
+        hn::Store(hn::MulAdd(y, corner, t), d, of_block[k] + columns + c);
+      }
+    }
+  }
+};
+
+// The same in registers, as far as they reach.
+template <std::size_t Count>
+class FormsV {
+ public:
+  // `forms` is to outlive it.
+  explicit HWY_INLINE FormsV(const Forms<Count>& forms) : of_block_(forms.of_block) {
+    for (std::size_t k = 0; k < Count; ++k) {
+      for (std::size_t v = 0; v < Given::vectors; ++v)
+        over_[k][v] = hn::Load(DF(), forms.over[k] + v * Given::lanes);
+    }
+  }
+
+  // Form k on the vectors at one place or at two.
+  template <class At>
+  HWY_INLINE auto operator()(std::size_t k, const At& first) const {
+    if constexpr (wide::is_two<At>) {
+      return wide::two((*this)(k, first.a), (*this)(k, first.b));
+    } else {
+      const DF d;
+      const std::size_t block = first / block_pixels;
+      const float* at = of_block_[k];
+      const VF over = over_[k][first % block_pixels / Given::lanes];
+      const VF in_row = hn::Add(over, hn::Set(d, at[Given::columns + block / Given::columns]));
+      return hn::Add(in_row, hn::Set(d, at[block % Given::columns]));
+    }
+  }
+
+ private:
+  using Given = Forms<Count>;
+  VF over_[Count][Given::vectors];
+  const float (*of_block_)[2 * Given::columns];
+};
+
+}  // namespace
+}  // namespace spillikin::composite::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
