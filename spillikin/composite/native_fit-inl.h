@@ -102,6 +102,17 @@ HWY_INLINE Fits setColors(const Screen& screen, const Looks& looks, std::size_t 
   return fits;
 }
 
+// The colour of fragments.
+template <class V>
+struct Tint {
+  V red, green, blue;
+  HWY_INLINE void add(const V& weight, VF r, VF g, VF b) {
+    red = wide::MulAdd(r, weight, red);
+    green = wide::MulAdd(g, weight, green);
+    blue = wide::MulAdd(b, weight, blue);
+  }
+};
+
 // The pixels' colours while a fragment is added to them.
 template <class V>
 struct Light {
@@ -111,10 +122,12 @@ struct Light {
       : red(wide::load(pixels.red.data(), first)),
         green(wide::load(pixels.green.data(), first)),
         blue(wide::load(pixels.blue.data(), first)) {}
-  HWY_INLINE void add(const V& weight, VF r, VF g, VF b) {
-    red = wide::MulAdd(r, weight, red);
-    green = wide::MulAdd(g, weight, green);
-    blue = wide::MulAdd(b, weight, blue);
+  // Outside of the cell, the tint may be no number.
+  template <class M>
+  HWY_INLINE void add(const Tint<V>& tint, const V& opacity, const M& inside) {
+    red = wide::IfThenElse(inside, wide::MulAdd(tint.red, opacity, red), red);
+    green = wide::IfThenElse(inside, wide::MulAdd(tint.green, opacity, green), green);
+    blue = wide::IfThenElse(inside, wide::MulAdd(tint.blue, opacity, blue), blue);
   }
   template <class At>
   HWY_INLINE void store(const At& first, Pixels& pixels) const {
@@ -147,16 +160,14 @@ class Colors {
     return wide::MulAdd(extinction_slope_, value, extinction_);
   }
 
-  // Adds a fragment of opacity a (times the light that is left) with the scalar `value` half way, up to where it
-  // changes by `third` / third_per_half. Outside of the cell, numbers may have no end.
-  template <class V, class M>
-  HWY_INLINE void add(const V& value, const V& third, const V& a, const M& inside, Light<V>& light) const {
-    light.add(wide::IfThenElseZero(inside, wide::Mul(value, a)), slope_[0], slope_[1], slope_[2]);
-    light.add(a, color_[0], color_[1], color_[2]);
-    if constexpr (curved) {
-      const V square = wide::MulAdd(value, value, wide::Mul(third, third));
-      light.add(wide::IfThenElseZero(inside, wide::Mul(square, a)), curve_[0], curve_[1], curve_[2]);
-    }
+  // Of a fragment with the scalar `value` half way, up to where it changes by `third` / third_per_half.
+  template <class V>
+  HWY_INLINE Tint<V> tint(const V& value, const V& third) const {
+    const auto at = [&](std::size_t c) HWY_ATTR { return wide::MulAdd(value, slope_[c], color_[c]); };
+    Tint<V> tint{at(0), at(1), at(2)};
+    if constexpr (curved)
+      tint.add(wide::MulAdd(value, value, wide::Mul(third, third)), curve_[0], curve_[1], curve_[2]);
+    return tint;
   }
 
  private:

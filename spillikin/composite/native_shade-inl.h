@@ -92,47 +92,62 @@ class Rays {
 template <Care care>
 class Shader;
 
-// What of a fragment lies beyond a bend of the colour: its share, and how far the scalar is beyond on the fragment's
-// average. The scalar's high end is `above` the bend and changes by twice `half` along the fragment.
+// The scalar along fragments, from low to high whichever way the ray runs, and what of it lies beyond a bend of the
+// colour.
 template <class V>
-struct Beyond {
-  V share, mean;
-  HWY_INLINE Beyond(const V& above, const V& half, const V& per_change)
-      : share(wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(DF())), hn::Set(DF(), 1.0F))),
-        mean(wide::Mul(share, wide::NegMulAdd(share, half, above))) {}
+struct Reach {
+  V half, lo, hi, per_change;
+  HWY_INLINE Reach(const V& mean, const V& half_change) {
+    const DF d;
+    // One along which the scalar stays the same counts as one that changes by this much.
+    half = wide::Max(wide::Abs(half_change), hn::Set(d, 1.25e-7F));
+    lo = wide::Sub(mean, half);
+    hi = wide::Add(mean, half);
+    per_change = wide::ApproximateReciprocal(wide::Add(half, half));
+  }
+  // The share of a fragment beyond a bend that its high end is so far above.
+  HWY_INLINE V share(const V& above) const {
+    const DF d;
+    return wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(d)), hn::Set(d, 1.0F));
+  }
 };
 
 // What a bend of the colour at b adds to a fragment: the ramp max(s - b, 0), weighted with the light that comes from
 // each of its points. With v the share of the fragment above b, the ramp's mean is v times that over the share, its
 // part in the skew that a scalar linear along the fragment has is v^2 (3 - 2 v), and its second Legendre coefficient is
-// half of the scalar's change times v^2 (1 - v)^2; that of the light is alpha (m^2 - 3 d) / 60.
+// half of the scalar's change times v^2 (1 - v)^2; that of the light is alpha (m^2 - 3 d) / 60. All of that is v times
+// a polynomial of v whose coefficients are the fragment's, but for how far its high end is above b.
 template <class V>
-struct Ramps {
-  V lo, hi;
-  V half, per_change, opacity, tilt;
-  HWY_INLINE Ramps(const SegmentOf<V>& s, const V& alpha, const V& skew) : opacity(alpha), tilt(skew) {
+class Ramps {
+ public:
+  Reach<V> reach;
+  // Without the light's bow.
+  HWY_INLINE Ramps(const SegmentOf<V>& s, const V& opacity, const V& tilt)
+      : reach(s.mean, s.half),
+        opacity_(opacity),
+        once_(wide::NegMulAdd(opacity, reach.half, wide::Mul(tilt, hn::Set(DF(), 3.0F)))),
+        twice_(wide::Mul(tilt, hn::Set(DF(), -2.0F))) {}
+  // With it; the fragment's optical depth, and how that grows.
+  HWY_INLINE Ramps(const SegmentOf<V>& s, const V& opacity, const V& tilt, const V& depth, const V& growth)
+      : Ramps(s, opacity, tilt) {
     const DF d;
-    // One along which the scalar stays the same counts as one that changes by this much.
-    half = wide::Max(wide::Abs(s.half), hn::Set(d, 1.25e-7F));
-    lo = wide::Sub(s.mean, half);
-    hi = wide::Add(s.mean, half);
-    per_change = reciprocal(wide::Add(half, half));
-  }
-  HWY_INLINE V bow(const V& a, const V& depth, const V& growth) const {
-    const DF d;
-    return wide::Mul(wide::Mul(wide::Mul(a, half), hn::Set(d, 1.0F / 12)),
+    bow_ = wide::Mul(wide::Mul(wide::Mul(opacity, reach.half), hn::Set(d, 1.0F / 12)),
                      wide::NegMulAdd(hn::Set(d, 3.0F), growth, wide::Mul(depth, depth)));
+    once_ = wide::Add(once_, bow_);
+    twice_ = wide::NegMulAdd(hn::Set(d, 2.0F), bow_, twice_);
   }
+
   template <bool bowed>
-  HWY_INLINE V weight(VF at, const V& bow) const {
-    const DF d;
-    const auto [share, mean] = Beyond<V>(wide::Sub(hi, at), half, per_change);
-    const V lean = wide::Mul(wide::Mul(share, share), wide::NegMulAdd(hn::Set(d, 2.0F), share, hn::Set(d, 3.0F)));
-    const V w = wide::MulAdd(mean, opacity, wide::Mul(tilt, lean));
-    if constexpr (!bowed) return w;
-    const V even = wide::NegMulAdd(share, share, share);
-    return wide::MulAdd(bow, wide::Mul(even, even), w);
+  HWY_INLINE V weight(VF at) const {
+    const V above = wide::Sub(reach.hi, at);
+    const V share = reach.share(above);
+    const V second = bowed ? wide::MulAdd(bow_, share, twice_) : twice_;
+    const V first = wide::MulAdd(second, share, once_);
+    return wide::Mul(share, wide::MulAdd(first, share, wide::Mul(opacity_, above)));
   }
+
+ private:
+  V opacity_, once_, twice_, bow_;
 };
 
 // A fragment along which extinction is linear in the scalar, and colour too, but for bends: `joints` of them, or any
@@ -170,10 +185,9 @@ class StraightShader {
     if constexpr (joints == 0) {
       addLine(line_, s.mean);
     } else {
-      const Ramps<V> ramps(s, a, tilt);
-      const V bow = bowed ? ramps.bow(a, depth, growth) : wide::same<V>(hn::Zero(d));
+      const auto ramps = bowed ? Ramps<V>(s, a, tilt, depth, growth) : Ramps<V>(s, a, tilt);
       const auto addBend = [&](const Piece& p) HWY_ATTR {
-        const V weight = ramps.template weight<bowed>(hn::Set(d, p.end - anchor_), bow);
+        const V weight = ramps.template weight<bowed>(hn::Set(d, p.end - anchor_));
         red = wide::MulAdd(hn::Set(d, p.kink[0]), weight, red);
         green = wide::MulAdd(hn::Set(d, p.kink[1]), weight, green);
         blue = wide::MulAdd(hn::Set(d, p.kink[2]), weight, blue);
@@ -185,10 +199,10 @@ class StraightShader {
       } else {
         // From the piece of the lowest lane to that of the highest.
         std::int32_t k = 0;
-        while (k < count_ && wide::AllTrue(wide::Ge(ramps.lo, hn::Set(d, low_[k].end - anchor_))))
+        while (k < count_ && wide::AllTrue(wide::Ge(ramps.reach.lo, hn::Set(d, low_[k].end - anchor_))))
           ++k;
         addLine(PieceV(low_[k]), wide::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
-        for (; k < count_ && !wide::AllTrue(wide::Le(ramps.hi, hn::Set(d, low_[k].end - anchor_))); ++k)
+        for (; k < count_ && !wide::AllTrue(wide::Le(ramps.reach.hi, hn::Set(d, low_[k].end - anchor_))); ++k)
           addBend(low_[k]);
       }
     }

@@ -137,21 +137,42 @@ HWY_INLINE void setSmall(const Smallness& small, const Middle& middle, std::size
   store(fourth, batch.depth_square);
 }
 
-// Adds the bends at the ends of the pieces from the first on; `change` is half of the scalar's along the fragment.
-template <int bends, class V, class M>
-HWY_INLINE void addBends(const Piece* pieces, float amid, const V& value, const V& change, const V& a, const M& inside,
-                         Light<V>& light) {
-  const DF d;
-  const V half = wide::Max(wide::Abs(change), hn::Set(d, 1.25e-7F));
-  const V hi = wide::Add(value, half);
-  const V per_change = wide::ApproximateReciprocal(wide::Add(half, half));
-  for (int k = 0; k < bends; ++k) {
-    const Piece& p = pieces[k];
-    const Beyond<V> beyond(wide::Sub(hi, hn::Set(d, p.end - amid)), half, per_change);
-    light.add(wide::IfThenElseZero(inside, wide::Mul(beyond.mean, a)), hn::Set(d, p.kink[0]), hn::Set(d, p.kink[1]),
-              hn::Set(d, p.kink[2]));
+// The bends of a small cell's colours, at the ends of its pieces from the first on.
+template <int bends>
+class SmallBends {
+ public:
+  HWY_INLINE SmallBends(const TileView& view, const CellBatch& batch, std::size_t i)
+      : pieces_(view.screen->pieces().data() + batch.first_piece[i]) {
+    for (int k = 0; k < bends; ++k)
+      end_[k] = pieces_[k].end - batch.amid[i];
   }
-}
+
+  // Adds them to a fragment's colour; `change` is half of the scalar's along it.
+  template <class V>
+  HWY_INLINE void add(const V& value, const V& change, Tint<V>& tint) const {
+    const DF d;
+    const Reach<V> reach(value, change);
+    for (int k = 0; k < bends; ++k) {
+      const V above = wide::Sub(reach.hi, hn::Set(d, end_[k]));
+      const V share = reach.share(above);
+      const auto& kink = pieces_[k].kink;
+      tint.add(wide::Mul(share, wide::NegMulAdd(share, reach.half, above)), hn::Set(d, kink[0]), hn::Set(d, kink[1]),
+               hn::Set(d, kink[2]));
+    }
+  }
+
+ private:
+  const Piece* pieces_;
+  float end_[bends];  // relative to amid
+};
+
+template <>
+class SmallBends<0> {
+ public:
+  HWY_INLINE SmallBends(const TileView& /*view*/, const CellBatch& /*batch*/, std::size_t /*i*/) {}
+  template <class V>
+  HWY_INLINE void add(const V& /*value*/, const V& /*change*/, Tint<V>& /*tint*/) const {}
+};
 
 // Over a small cell the least extent that proves anything is one number.
 class SmallCheck {
@@ -181,14 +202,11 @@ HWY_INLINE V fade(const V& depth, const At& first, Pixels& pixels) {
 template <bool Parallel, int bends, bool curved = false>
 class SmallShading : public SmallCheck {
  public:
-  static constexpr bool short_chain = false;
+  static constexpr bool short_chain = bends <= 2;
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : SmallCheck(batch, i),
-        colors_(batch, i),
-        pieces_(view.screen->pieces().data() + batch.first_piece[i]),
-        amid_(batch.amid[i]) {
+      : SmallCheck(batch, i), colors_(batch, i), bends_(view, batch, i) {
     const DF d;
-    apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - amid_);
+    apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - batch.amid[i]);
     for (std::size_t k = 0; k < 3; ++k) {
       turn_[k] = hn::Set(d, batch.turn[k][i]);
       depth_[k] = hn::Set(d, batch.depth[k][i]);
@@ -217,21 +235,18 @@ class SmallShading : public SmallCheck {
     const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(mean)));
     const V a = fade(depth, first, pixels);
     const V value = wide::MulAdd(squared, shift_, mean);
-    Light<V> sum_of(pixels, first);
-    if constexpr (curved || bends > 0) {
-      const V half = wide::Mul(wide::Mul(steep, per_middle_), length);
-      colors_.add(value, half, a, inside, sum_of);
-      if constexpr (bends > 0) addBends<bends>(pieces_, amid_, value, half, a, inside, sum_of);
-    } else {
-      colors_.add(value, value, a, inside, sum_of);
-    }
-    sum_of.store(first, pixels);
+    V half = value;
+    if constexpr (curved || bends > 0) half = wide::Mul(wide::Mul(steep, per_middle_), length);
+    Tint<V> tint = colors_.tint(value, half);
+    bends_.add(value, half, tint);
+    Light<V> light(pixels, first);
+    light.add(tint, a, inside);
+    light.store(first, pixels);
   }
 
  private:
   Colors<curved> colors_;
-  const Piece* pieces_;
-  float amid_;
+  SmallBends<bends> bends_;
   VF apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_;
 };
 

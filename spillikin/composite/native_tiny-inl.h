@@ -95,10 +95,7 @@ class TinyShading : public SmallCheck {
  public:
   static constexpr bool short_chain = true;
   HWY_INLINE TinyShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : SmallCheck(batch, i),
-        colors_(batch, i),
-        pieces_(view.screen->pieces().data() + batch.first_piece[i]),
-        amid_(batch.amid[i]) {
+      : SmallCheck(batch, i), colors_(batch, i), bends_(view, batch, i) {
     const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
     near_ = set(batch.per_near[i]);
     far_ = set(batch.per_far[i]);
@@ -117,17 +114,17 @@ class TinyShading : public SmallCheck {
     const V in_world = wide::Mul(wide::Mul(extent, wide::load(pixels.length.data(), first)), per);
     const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(value)));
     const V a = fade(depth, first, pixels);
-    Light<V> sum(pixels, first);
     const V change = wide::Mul(extent, change_);
-    colors_.add(value, change, a, inside, sum);
-    if constexpr (run == Run::bend) addBends<1>(pieces_, amid_, value, change, a, inside, sum);
-    sum.store(first, pixels);
+    Tint<V> tint = colors_.tint(value, change);
+    bends_.add(value, change, tint);
+    Light<V> light(pixels, first);
+    light.add(tint, a, inside);
+    light.store(first, pixels);
   }
 
  private:
   Colors<run == Run::parabola> colors_;
-  const Piece* pieces_;
-  float amid_;
+  SmallBends<run == Run::bend ? 1 : 0> bends_;
   VF near_, far_, depth_, depth_near_, depth_far_, change_;
 };
 

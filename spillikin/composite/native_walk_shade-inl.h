@@ -134,11 +134,11 @@ class WalkShader {
     const Lookup<in_register> at(low);
     addLine(at, a, hn::MulAdd(hn::Sub(mean, at(pieces_.anchor)), a, tilt));
     if (bends == Bends::none) return true;
-    const Ramps<VF> ramps({mean, half, s.length}, a, tilt);
+    const Segment segment{mean, half, s.length};
     if (bends == Bends::one) {
-      addBend<false>(at, hn::Lt(low, high), ramps, zero);
+      addBend<false>(at, hn::Lt(low, high), Ramps<VF>(segment, a, tilt));
     } else {
-      addBends(low, high, ramps, ramps.bow(a, depth, growth));
+      addBends(low, high, Ramps<VF>(segment, a, tilt, depth, growth));
     }
     return true;
   }
@@ -176,19 +176,18 @@ class WalkShader {
 
   // The joint behind each piece, of the rays that reach beyond it.
   template <bool bowed>
-  HWY_INLINE void addBend(const Lookup<in_register>& at, hn::Mask<DI> bent, const Ramps<VF>& ramps, VF bow) {
-    const VF weight =
-        hn::IfThenElseZero(hn::RebindMask(DF(), bent), ramps.template weight<bowed>(at(pieces_.end), bow));
+  HWY_INLINE void addBend(const Lookup<in_register>& at, hn::Mask<DI> bent, const Ramps<VF>& ramps) {
+    const VF weight = hn::IfThenElseZero(hn::RebindMask(DF(), bent), ramps.template weight<bowed>(at(pieces_.end)));
     red_ = hn::MulAdd(at(pieces_.kink[0]), weight, red_);
     green_ = hn::MulAdd(at(pieces_.kink[1]), weight, green_);
     blue_ = hn::MulAdd(at(pieces_.kink[2]), weight, blue_);
   }
 
   // The joints between pieces `low` and `high` of each ray, from the lowest on.
-  HWY_INLINE void addBends(VI low, VI high, const Ramps<VF>& ramps, VF bow) {
+  HWY_INLINE void addBends(VI low, VI high, const Ramps<VF>& ramps) {
     const DI di;
     for (auto bent = hn::Lt(low, high); !hn::AllFalse(di, bent); bent = hn::Lt(low, high)) {
-      addBend<true>(Lookup<in_register>(low), bent, ramps, bow);
+      addBend<true>(Lookup<in_register>(low), bent, ramps);
       low = hn::Add(low, hn::IfThenElseZero(bent, hn::Set(di, 1)));
     }
   }
