@@ -25,21 +25,69 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Where rays cross a cell that has neither gaps nor steep sheets. `Sheets` as with intervalOf.
+// Where rays cross a cell that has neither gaps nor steep sheets, and the scalar's form there. `Sheets` as with
+// intervalOf.
 template <bool Folded, unsigned Sheets>
 class SheetCrossing {
  public:
-  HWY_INLINE SheetCrossing(const SheetCell& cell, const Form& form) : cell_(cell), form_(form) {}
+  HWY_INLINE SheetCrossing(const SheetCell& cell, const Form& scalar)
+      : cell_(cell), planes_(setForms(cell, scalar, given_)) {}
 
   template <class At>
   HWY_INLINE auto operator()(const At& first, const Pixels& /*pixels*/) const {
-    const auto in = intervalOf<Known::place, Folded, Sheets>(cell_, centresX(first), centresY(first));
-    return Crossed<std::remove_cvref_t<decltype(in.near.z)>>{in.near.z, in.far.z, form_(first)};
+    auto near = place(0, first), far = place(Sheets, first);
+    for (unsigned j = 1; j < Sheets; ++j) {
+      near = wide::Min(near, place(j, first));
+      far = wide::Max(far, place(Sheets + j, first));
+    }
+    return Crossed<decltype(near)>{near, far, planes_(scalar_form, first)};
+  }
+
+ private:
+  static constexpr unsigned scalar_form = 2 * Sheets;
+  using Given = Forms<scalar_form + 1>;  // of the sheets entered, then of those left
+
+  static HWY_INLINE std::size_t sheet(const SheetCell& cell, unsigned j) {
+    return j < Sheets ? cell.entered[j] : cell.left[j - Sheets];
+  }
+  static HWY_INLINE const Given& setForms(const SheetCell& cell, const Form& scalar, Given& forms) {
+    for (unsigned j = 0; j < scalar_form; ++j) {
+      const std::size_t k = sheet(cell, j);
+      forms.set(j, {cell.plane[0][k], cell.plane[1][k], cell.plane[2][k]});
+    }
+    forms.set(scalar_form, scalar);
+    return forms;
+  }
+  // Nearness on one of them.
+  template <class At>
+  HWY_INLINE auto place(unsigned j, const At& first) const {
+    auto z = planes_(j, first);
+    if constexpr (Folded) {
+      const std::size_t k = sheet(cell_, j);
+      z = wide::MulAdd(hn::Set(DF(), cell_.fold[k]), sideOf(cell_, k, centresX(first), centresY(first)), z);
+    }
+    return z;
+  }
+
+  const SheetCell& cell_;
+  Given given_;
+  FormsV<scalar_form + 1> planes_;
+};
+
+template <bool Folded>
+class SheetCrossing<Folded, 0> {
+ public:
+  HWY_INLINE SheetCrossing(const SheetCell& cell, const Form& scalar) : cell_(cell), scalar_(scalar) {}
+
+  template <class At>
+  HWY_INLINE auto operator()(const At& first, const Pixels& /*pixels*/) const {
+    const auto in = intervalOf<Known::place, Folded, 0>(cell_, centresX(first), centresY(first));
+    return Crossed<std::remove_cvref_t<decltype(in.near.z)>>{in.near.z, in.far.z, scalar_(first)};
   }
 
  private:
   const SheetCell& cell_;
-  FormV form_;
+  FormV scalar_;
 };
 
 template <class Shade, bool Folded, unsigned Sheets>
