@@ -132,6 +132,7 @@ enum class Kind : std::int32_t {
   small_bends2,
   small_bends3,
   small_bends4,
+  small_bends,
   none,
   bend,
   bends1,

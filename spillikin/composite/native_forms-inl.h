@@ -10,7 +10,9 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 
 #include "spillikin/composite/native_centres-inl.h"
 #include "spillikin/composite/native_wide-inl.h"
@@ -41,23 +43,33 @@ class FormV {
   VF x_, y_, t_;
 };
 
+// What a form gains from a block's first pixel on, vector by vector.
+class OverBlock {
+ public:
+  static constexpr std::size_t lanes = hn::MaxLanes(DF()), vectors = block_pixels / lanes;
+  HWY_INLINE VF operator()(const Form& form, std::size_t vector) const {
+    const DF d;
+    const auto from_first = [&](const float* centre)
+                                HWY_ATTR { return hn::Sub(hn::Load(d, centre + vector * lanes), hn::Set(d, *centre)); };
+    return hn::MulAdd(hn::Set(d, form.x), from_first(centres.x[0]),
+                      hn::Mul(hn::Set(d, form.y), from_first(centres.y[0])));
+  }
+};
+
 // Forms over the blocks of a tile. Each is what it gains from a block's first pixel on, the same for every block, and a
 // number each for the block's column and its row: two additions, which take fewer registers than the form's three
 // coefficients, and which some cores do beside their multiplications (a fifth to a quarter less time a block on Zen 4).
 template <std::size_t Count>
 struct Forms {
-  static constexpr std::size_t lanes = hn::MaxLanes(DF());
-  static constexpr std::size_t vectors = block_pixels / lanes, columns = block_columns;
+  static constexpr std::size_t lanes = OverBlock::lanes, columns = block_columns;
   alignas(64) float over[Count][block_pixels];
   alignas(64) float of_block[Count][2 * columns];  // by column, then by row
 
   HWY_INLINE void set(std::size_t k, const Form& form) {
     const DF d;
     const VF x = hn::Set(d, form.x), y = hn::Set(d, form.y), t = hn::Set(d, form.t);
-    const auto from = [&](const float* centre, std::size_t pixel)
-                          HWY_ATTR { return hn::Sub(hn::Load(d, centre + pixel), hn::Set(d, centre[0])); };
-    for (std::size_t p = 0; p < block_pixels; p += lanes)
-      hn::Store(hn::MulAdd(x, from(centres.x[0], p), hn::Mul(y, from(centres.y[0], p))), d, over[k] + p);
+    for (std::size_t v = 0; v < OverBlock::vectors; ++v)
+      hn::Store(OverBlock()(form, v), d, over[k] + v * lanes);
     if constexpr (lanes == 2 * columns) {
       const auto rows = hn::Ge(hn::Iota(d, 0.0F), hn::Set(d, static_cast<float>(columns)));
       const VF sum = hn::MulAdd(hn::IfThenElse(rows, y, x), hn::Load(d, block_corners.at), hn::IfThenElseZero(rows, t));
@@ -79,7 +91,7 @@ class FormsV {
   // `forms` is to outlive it.
   explicit HWY_INLINE FormsV(const Forms<Count>& forms) : of_block_(forms.of_block) {
     for (std::size_t k = 0; k < Count; ++k) {
-      for (std::size_t v = 0; v < Given::vectors; ++v)
+      for (std::size_t v = 0; v < OverBlock::vectors; ++v)
         over_[k][v] = hn::Load(DF(), forms.over[k] + v * Given::lanes);
     }
   }
@@ -101,8 +113,61 @@ class FormsV {
 
  private:
   using Given = Forms<Count>;
-  VF over_[Count][Given::vectors];
+  VF over_[Count][OverBlock::vectors];
   const float (*of_block_)[2 * Given::columns];
+};
+
+// So many forms, 16 at most, over those blocks of a tile that a cell covers: what they are at the first pixels of the
+// blocks is found ahead, for all forms at once, and one addition is left. It pays for many forms on many blocks; what
+// is found just before it is wanted must first come out of the core's store buffer.
+template <std::size_t Count>
+class BlockForms {
+ public:
+  // formOf(k) is the k-th.
+  template <class F>
+  HWY_INLINE BlockForms(const F& formOf, std::uint64_t blocks) {
+    alignas(64) float x[room], y[room], t[room];
+    for (std::size_t k = 0; k < Count; ++k) {
+      const Form form = formOf(k);
+      x[k] = form.x;
+      y[k] = form.y;
+      t[k] = form.t;
+    }
+    const OverBlock over;
+    for (std::size_t k = 0; k < Count; ++k) {
+      for (std::size_t v = 0; v < OverBlock::vectors; ++v)
+        over_[k][v] = over({x[k], y[k], t[k]}, v);
+    }
+    for (; blocks != 0; blocks &= blocks - 1)
+      setFirst(x, y, t, static_cast<std::size_t>(std::countr_zero(blocks)));
+  }
+
+  template <class At>
+  HWY_INLINE auto operator()(std::size_t k, const At& first) const {
+    if constexpr (wide::is_two<At>) {
+      return wide::two((*this)(k, first.a), (*this)(k, first.b));
+    } else {
+      const VF over = over_[k][first % block_pixels / OverBlock::lanes];
+      return hn::Add(over, hn::Set(DF(), first_[first / block_pixels][k]));
+    }
+  }
+
+ private:
+  static constexpr std::size_t room = 16;
+  static_assert(Count <= room);
+
+  HWY_INLINE void setFirst(const float* x, const float* y, const float* t, std::size_t block) {
+    const DF d;
+    const VF column = hn::Set(d, block_corners.at[block % block_columns]);
+    const VF row = hn::Set(d, block_corners.at[block / block_columns]);
+    for (std::size_t k = 0; k < Count; k += hn::Lanes(d)) {
+      const VF in_row = hn::MulAdd(hn::Load(d, y + k), row, hn::Load(d, t + k));
+      hn::Store(hn::MulAdd(hn::Load(d, x + k), column, in_row), d, first_[block] + k);
+    }
+  }
+
+  VF over_[Count][OverBlock::vectors];
+  alignas(64) float first_[tile_blocks][room];  // by block, of those that are covered
 };
 
 }  // namespace

@@ -85,6 +85,8 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellForms& forms, c
     case Kind::small_bends3:
     case Kind::small_bends4:
       return withSmallShading<Parallel>(batch.kind[i], paint);
+    case Kind::small_bends:
+      return paint(std::type_identity<SmallShading<Parallel, any_bends>>());
     case Kind::none:
       return by(std::type_identity<Shader<Care::none>>());
     case Kind::bend:
@@ -267,6 +269,7 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
     case Kind::small_bends2:
     case Kind::small_bends3:
     case Kind::small_bends4:
+    case Kind::small_bends:
     case Kind::bends1:
     case Kind::bends2:
     case Kind::bends3:

@@ -71,14 +71,13 @@ HWY_INLINE hn::Vec<DIF> thinKinds(const TileView& view, Looks looks, VF length, 
     return hn::RebindMask(di, hn::Not(hn::Gt(hn::Add(left_out, besides), hn::Set(d, all_left_out))));
   };
   const Tininess tininess = setTiny(looks, smallness, middle, i, batch);
-  const auto small =
-      hn::And(hn::AndNot(more(few_bends), hn::RebindMask(di, smallness.small)), little(smallness.left_out));
+  const auto small = hn::And(hn::RebindMask(di, smallness.small), little(smallness.left_out));
   const auto tiny = hn::And(hn::AndNot(more(1), hn::RebindMask(di, tininess.tiny)), little(tininess.left_out));
   if (!hn::AllFalse(di, hn::AndNot(tiny, small))) setSmall(smallness, middle, i, batch);
   const auto line = hn::Or(hn::Not(more(0)), hn::RebindMask(di, fits.line));
   const auto parabola = hn::RebindMask(di, fits.parabola);
   const auto byFit = [&](Kind straight, Kind curved, Kind before_bent) HWY_ATTR {
-    const auto bent = hn::Add(looks.bends, kindNumber(before_bent));
+    const auto bent = hn::Add(hn::Min(looks.bends, hn::Set(di, few_bends + 1)), kindNumber(before_bent));
     return hn::IfThenElse(line, kindNumber(straight), hn::IfThenElse(parabola, kindNumber(curved), bent));
   };
   const auto kind = hn::IfThenElse(small, byFit(Kind::small, Kind::small_curved, Kind::small), exact);

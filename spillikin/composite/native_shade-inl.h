@@ -92,6 +92,9 @@ class Rays {
 template <Care care>
 class Shader;
 
+// As a number of bends.
+inline constexpr int any_bends = -1;
+
 // The scalar along fragments, from low to high whichever way the ray runs, and what of it lies beyond a bend of the
 // colour.
 template <class V>
@@ -110,6 +113,40 @@ struct Reach {
     const DF d;
     return wide::Min(wide::Max(wide::Mul(above, per_change), hn::Zero(d)), hn::Set(d, 1.0F));
   }
+};
+
+// The pieces of the transfer function that a cell shows, where it shows many: its fragments lie in few of them.
+class PieceRun {
+ public:
+  // The first and how many joints follow; ends are wanted relative to an anchor.
+  HWY_INLINE PieceRun(const Piece* first, std::int32_t joints, float anchor)
+      : pieces_(first), joints_(joints), anchor_(anchor) {}
+
+  // Calls begin(piece) with that of the lowest lane inside of the cell, and bend(piece, end) for it and those that
+  // follow, up to that before the highest lane's.
+  template <class V, class M, class Begin, class Bend>
+  HWY_INLINE void operator()(const Reach<V>& reach, const M& inside, const Begin& begin, const Bend& bend) const {
+    const auto all = [&](const auto& where) HWY_ATTR { return wide::AllFalse(wide::AndNot(where, inside)); };
+    const auto beyond = [&](std::int32_t k) HWY_ATTR { return all(wide::Ge(reach.lo, hn::Set(DF(), end(k)))); };
+    // Those of the next vectors are likely to be the same.
+    std::int32_t k = lowest_;
+    while (k > 0 && !beyond(k - 1))
+      --k;
+    while (k < joints_ && beyond(k))
+      ++k;
+    lowest_ = k;
+    begin(pieces_[k]);
+    for (; k < joints_ && !all(wide::Le(reach.hi, hn::Set(DF(), end(k)))); ++k)
+      bend(pieces_[k], end(k));
+  }
+
+ private:
+  HWY_INLINE float end(std::int32_t k) const { return pieces_[k].end - anchor_; }
+
+  const Piece* pieces_;
+  std::int32_t joints_;
+  float anchor_;
+  mutable std::int32_t lowest_ = 0;
 };
 
 // What a bend of the colour at b adds to a fragment: the ramp max(s - b, 0), weighted with the light that comes from
@@ -150,8 +187,8 @@ class Ramps {
   V opacity_, once_, twice_, bow_;
 };
 
-// A fragment along which extinction is linear in the scalar, and colour too, but for bends: `joints` of them, or any
-// number where that is negative; with the bow of the light, or without.
+// A fragment along which extinction is linear in the scalar, and colour too, but for bends: `joints` of them, or
+// any_bends; with the bow of the light, or without.
 template <class Series, int joints, bool bowed = true>
 class StraightShader {
  public:
@@ -159,7 +196,7 @@ class StraightShader {
       : low_(look.pieces + look.first),
         line_(*low_),
         anchor_(low_->anchor),
-        count_(joints >= 0 ? joints : look.last - look.first) {}
+        run_(low_, look.last - look.first, anchor_) {}
   // What scalars are to be given relative to.
   float anchor() const { return anchor_; }
 
@@ -186,8 +223,8 @@ class StraightShader {
       addLine(line_, s.mean);
     } else {
       const auto ramps = bowed ? Ramps<V>(s, a, tilt, depth, growth) : Ramps<V>(s, a, tilt);
-      const auto addBend = [&](const Piece& p) HWY_ATTR {
-        const V weight = ramps.template weight<bowed>(hn::Set(d, p.end - anchor_));
+      const auto addBend = [&](const Piece& p, float end) HWY_ATTR {
+        const V weight = ramps.template weight<bowed>(hn::Set(d, end));
         red = wide::MulAdd(hn::Set(d, p.kink[0]), weight, red);
         green = wide::MulAdd(hn::Set(d, p.kink[1]), weight, green);
         blue = wide::MulAdd(hn::Set(d, p.kink[2]), weight, blue);
@@ -195,15 +232,11 @@ class StraightShader {
       if constexpr (joints > 0) {
         addLine(line_, s.mean);
         for (int k = 0; k < joints; ++k)
-          addBend(low_[k]);
+          addBend(low_[k], low_[k].end - anchor_);
       } else {
-        // From the piece of the lowest lane to that of the highest.
-        std::int32_t k = 0;
-        while (k < count_ && wide::AllTrue(wide::Ge(ramps.reach.lo, hn::Set(d, low_[k].end - anchor_))))
-          ++k;
-        addLine(PieceV(low_[k]), wide::Add(s.mean, hn::Set(d, anchor_ - low_[k].anchor)));
-        for (; k < count_ && !wide::AllTrue(wide::Le(ramps.reach.hi, hn::Set(d, low_[k].end - anchor_))); ++k)
-          addBend(low_[k]);
+        const auto begin = [&](const Piece& p)
+                               HWY_ATTR { addLine(PieceV(p), wide::Add(s.mean, hn::Set(d, anchor_ - p.anchor))); };
+        run_(ramps.reach, wide::Gt(s.length, hn::Zero(d)), begin, addBend);
       }
     }
     wide::store(red, pixels.red.data(), first);
@@ -216,7 +249,7 @@ class StraightShader {
   PieceV line_;
   VF twice_slope_ = wide::Add(line_.extinction_slope, line_.extinction_slope);
   float anchor_;
-  std::int32_t count_;
+  PieceRun run_;
 };
 
 template <>
@@ -232,13 +265,13 @@ class Shader<Care::bend> : public StraightShader<ShortSeries, 1, false> {
 };
 
 template <>
-class Shader<Care::bends> : public StraightShader<ShortSeries, -1> {
+class Shader<Care::bends> : public StraightShader<ShortSeries, any_bends> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };
 
 template <>
-class Shader<Care::long_bends> : public StraightShader<ForwardSeries, -1> {
+class Shader<Care::long_bends> : public StraightShader<ForwardSeries, any_bends> {
  public:
   explicit HWY_INLINE Shader(const Look& look) : StraightShader(look) {}
 };

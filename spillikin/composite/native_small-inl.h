@@ -137,28 +137,34 @@ HWY_INLINE void setSmall(const Smallness& small, const Middle& middle, std::size
   store(fourth, batch.depth_square);
 }
 
-// The bends of a small cell's colours, at the ends of its pieces from the first on.
-template <int bends>
-class SmallBends {
+// The share of fragments beyond the bend where a piece ends, for as long as the scalar is beyond on the average.
+template <class V>
+HWY_INLINE void addBend(const Reach<V>& reach, const Piece& piece, float end, Tint<V>& tint) {
+  const DF d;
+  const V above = wide::Sub(reach.hi, hn::Set(d, end));
+  const V share = reach.share(above);
+  tint.add(wide::Mul(share, wide::NegMulAdd(share, reach.half, above)), hn::Set(d, piece.kink[0]),
+           hn::Set(d, piece.kink[1]), hn::Set(d, piece.kink[2]));
+}
+
+// A small cell's colours, which bend at the end of so many of its pieces, from the first on.
+template <int bends, bool curved>
+class SmallColors : public Colors<curved> {
  public:
-  HWY_INLINE SmallBends(const TileView& view, const CellBatch& batch, std::size_t i)
-      : pieces_(view.screen->pieces().data() + batch.first_piece[i]) {
+  HWY_INLINE SmallColors(const TileView& view, const CellBatch& batch, std::size_t i)
+      : Colors<curved>(batch, i), pieces_(view.screen->pieces().data() + batch.first_piece[i]) {
     for (int k = 0; k < bends; ++k)
       end_[k] = pieces_[k].end - batch.amid[i];
   }
 
-  // Adds them to a fragment's colour; `change` is half of the scalar's along it.
-  template <class V>
-  HWY_INLINE void add(const V& value, const V& change, Tint<V>& tint) const {
-    const DF d;
+  // Of fragments with the scalar `value` half way, which changes by `change` from there on.
+  template <class V, class M>
+  HWY_INLINE Tint<V> tint(const V& value, const V& change, const M& /*inside*/) const {
+    Tint<V> tint = Colors<curved>::tint(value, change);
     const Reach<V> reach(value, change);
-    for (int k = 0; k < bends; ++k) {
-      const V above = wide::Sub(reach.hi, hn::Set(d, end_[k]));
-      const V share = reach.share(above);
-      const auto& kink = pieces_[k].kink;
-      tint.add(wide::Mul(share, wide::NegMulAdd(share, reach.half, above)), hn::Set(d, kink[0]), hn::Set(d, kink[1]),
-               hn::Set(d, kink[2]));
-    }
+    for (int k = 0; k < bends; ++k)
+      addBend(reach, pieces_[k], end_[k], tint);
+    return tint;
   }
 
  private:
@@ -166,12 +172,48 @@ class SmallBends {
   float end_[bends];  // relative to amid
 };
 
-template <>
-class SmallBends<0> {
+template <bool curved>
+class SmallColors<0, curved> : public Colors<curved> {
  public:
-  HWY_INLINE SmallBends(const TileView& /*view*/, const CellBatch& /*batch*/, std::size_t /*i*/) {}
-  template <class V>
-  HWY_INLINE void add(const V& /*value*/, const V& /*change*/, Tint<V>& /*tint*/) const {}
+  HWY_INLINE SmallColors(const TileView& /*view*/, const CellBatch& batch, std::size_t i) : Colors<curved>(batch, i) {}
+
+  // The change is third_per_half of the others'.
+  template <class V, class M>
+  HWY_INLINE Tint<V> tint(const V& value, const V& change, const M& /*inside*/) const {
+    return Colors<curved>::tint(value, change);
+  }
+};
+
+// The same of any number of bends.
+template <>
+class SmallColors<any_bends, false> : public Colors<false> {
+ public:
+  HWY_INLINE SmallColors(const TileView& view, const CellBatch& batch, std::size_t i)
+      : Colors<false>(batch, i),
+        pieces_(view.screen->pieces().data() + batch.first_piece[i]),
+        run_(pieces_, batch.last_piece[i] - batch.first_piece[i], batch.amid[i]),
+        amid_(batch.amid[i]) {}
+
+  template <class V, class M>
+  HWY_INLINE Tint<V> tint(const V& value, const V& change, const M& inside) const {
+    const Reach<V> reach(value, change);
+    Tint<V> tint;
+    const auto begin = [&](const Piece& p) HWY_ATTR {
+      const DF d;
+      const V from_anchor = wide::Add(value, hn::Set(d, amid_ - p.anchor));
+      const auto at = [&](std::size_t c) HWY_ATTR {
+        return wide::MulAdd(from_anchor, hn::Set(d, p.color_slope[c]), hn::Set(d, p.color[c]));
+      };
+      tint = {at(0), at(1), at(2)};
+    };
+    run_(reach, inside, begin, [&](const Piece& p, float end) HWY_ATTR { addBend(reach, p, end, tint); });
+    return tint;
+  }
+
+ private:
+  const Piece* pieces_;
+  PieceRun run_;
+  float amid_;
 };
 
 // Over a small cell the least extent that proves anything is one number.
@@ -198,13 +240,13 @@ HWY_INLINE V fade(const V& depth, const At& first, Pixels& pixels) {
   return faded;
 }
 
-// Blends the fragments of a small cell, over so many bends of the colour; or over a parabola.
+// Blends the fragments of a small cell, over so many bends of the colour, or any_bends; or over a parabola.
 template <bool Parallel, int bends, bool curved = false>
 class SmallShading : public SmallCheck {
  public:
-  static constexpr bool short_chain = bends <= 2;
+  static constexpr bool short_chain = bends >= 0 && bends <= 2;
   HWY_INLINE SmallShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : SmallCheck(batch, i), colors_(batch, i), bends_(view, batch, i) {
+      : SmallCheck(batch, i), colors_(view, batch, i) {
     const DF d;
     apex_ = hn::Set(d, Parallel ? -batch.apex[i] : batch.apex[i] - batch.amid[i]);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -236,17 +278,14 @@ class SmallShading : public SmallCheck {
     const V a = fade(depth, first, pixels);
     const V value = wide::MulAdd(squared, shift_, mean);
     V half = value;
-    if constexpr (curved || bends > 0) half = wide::Mul(wide::Mul(steep, per_middle_), length);
-    Tint<V> tint = colors_.tint(value, half);
-    bends_.add(value, half, tint);
+    if constexpr (curved || bends != 0) half = wide::Mul(wide::Mul(steep, per_middle_), length);
     Light<V> light(pixels, first);
-    light.add(tint, a, inside);
+    light.add(colors_.tint(value, half, inside), a, inside);
     light.store(first, pixels);
   }
 
  private:
-  Colors<curved> colors_;
-  SmallBends<bends> bends_;
+  SmallColors<bends, curved> colors_;
   VF apex_, turn_[3], depth_[3], depth_square_, shift_, per_middle_;
 };
 

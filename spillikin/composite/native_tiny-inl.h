@@ -95,7 +95,7 @@ class TinyShading : public SmallCheck {
  public:
   static constexpr bool short_chain = true;
   HWY_INLINE TinyShading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : SmallCheck(batch, i), colors_(batch, i), bends_(view, batch, i) {
+      : SmallCheck(batch, i), colors_(view, batch, i) {
     const auto set = [](float v) HWY_ATTR { return hn::Set(DF(), v); };
     near_ = set(batch.per_near[i]);
     far_ = set(batch.per_far[i]);
@@ -115,16 +115,13 @@ class TinyShading : public SmallCheck {
     const V depth = wide::IfThenElseZero(inside, wide::Mul(in_world, colors_.extinction(value)));
     const V a = fade(depth, first, pixels);
     const V change = wide::Mul(extent, change_);
-    Tint<V> tint = colors_.tint(value, change);
-    bends_.add(value, change, tint);
     Light<V> light(pixels, first);
-    light.add(tint, a, inside);
+    light.add(colors_.tint(value, change, inside), a, inside);
     light.store(first, pixels);
   }
 
  private:
-  Colors<run == Run::parabola> colors_;
-  SmallBends<run == Run::bend ? 1 : 0> bends_;
+  SmallColors<run == Run::bend ? 1 : 0, run == Run::parabola> colors_;
   VF near_, far_, depth_, depth_near_, depth_far_, change_;
 };
 
