@@ -47,8 +47,8 @@ struct Crossed {
 // kept within the pixels' ranges, and none of the faces need be entered.
 class Crossing {
  public:
-  HWY_INLINE Crossing(const CellForms& forms, const CellBatch& batch, std::size_t i, bool limited)
-      : forms_(forms), eye_(hn::Set(DF(), batch.eye_nearness)), limited_(limited) {
+  HWY_INLINE Crossing(const CellForms& forms, const CellBatch& batch, std::size_t i, const Pixels& pixels, bool limited)
+      : forms_(forms), pixels_(pixels), eye_(hn::Set(DF(), batch.eye_nearness)), limited_(limited) {
     const DF d;
     const auto more = [&](std::int32_t than) HWY_ATTR {
       const hn::RebindToSigned<DF> di;
@@ -62,7 +62,7 @@ class Crossing {
   }
 
   template <class At>
-  HWY_INLINE auto operator()(const At& first, const Pixels& pixels) const {
+  HWY_INLINE auto operator()(const At& first) const {
     const auto form = [&](std::size_t k) HWY_ATTR { return forms_(k, first); };
     const auto z0 = form(0), z1 = form(1), z2 = form(2), z3 = form(3);
     using V = std::remove_const_t<decltype(z0)>;
@@ -75,14 +75,15 @@ class Crossing {
         near = wide::same<V>(eye_);
         far = wide::Max(far, z0);
       }
-      near = wide::Min(near, wide::load(pixels.clip_near.data(), first));
-      far = wide::Max(far, wide::load(pixels.clip_far.data(), first));
+      near = wide::Min(near, wide::load(pixels_.clip_near.data(), first));
+      far = wide::Max(far, wide::load(pixels_.clip_far.data(), first));
     }
     return Crossed<V>{near, far, form(the_scalar)};
   }
 
  private:
   FormsV<cell_forms> forms_;
+  const Pixels& pixels_;
   VF eye_;
   hn::Mask<DF> two_, three_, one_left_, two_left_;  // so many faces are entered, or are left besides the last
   bool limited_, inside_ = false;

@@ -62,7 +62,8 @@ class Shading {
 template <class Shade>
 HWY_NOINLINE std::size_t paintCell(const TileView& view, const CellForms& forms, const CellBatch& batch, std::size_t i,
                                    std::uint64_t blocks, Pixels& pixels) {
-  return paintCrossed<Shade>(Crossing(forms, batch, i, limited(view, batch, i)), view, batch, i, blocks, pixels);
+  return paintCrossed<Shade>(Crossing(forms, batch, i, pixels, limited(view, batch, i)), view, batch, i, blocks,
+                             pixels);
 }
 
 template <bool Parallel>
@@ -162,7 +163,7 @@ HWY_NOINLINE std::size_t coverCell(const TileView& view, const CellBatch& batch,
   const std::size_t lanes = hn::Lanes(d);
   CellForms forms;
   setForms(batch, i, forms);
-  const Crossing crossing(forms, batch, i, limited(view, batch, i));
+  const Crossing crossing(forms, batch, i, pixels, limited(view, batch, i));
   std::size_t n = 0;
   const auto keep = [&](const VF& near, const VF& far, std::size_t first) HWY_ATTR {
     hn::Store(near, d, out.near + n * lanes);
@@ -172,7 +173,7 @@ HWY_NOINLINE std::size_t coverCell(const TileView& view, const CellBatch& batch,
     n += static_cast<std::size_t>(!hn::AllFalse(d, hn::Gt(near, far)));
   };
   byTwoBlocks(batch.blockBits(i) & pixels.live, [&](const auto& first) HWY_ATTR {
-    const auto ray = crossing(first, pixels);
+    const auto ray = crossing(first);
     if constexpr (wide::is_two<std::remove_cvref_t<decltype(first)>>) {
       keep(ray.near.a, ray.far.a, first.a);
       keep(ray.near.b, ray.far.b, first.b);

@@ -34,7 +34,7 @@ HWY_INLINE std::size_t paintCrossed(const Cross& crossing, const TileView& view,
   const Certificate certificate(view);
   std::size_t fragments = 0;
   const auto paint = [&](const auto& first) HWY_ATTR {
-    const auto ray = crossing(first, pixels);
+    const auto ray = crossing(first);
     const auto inside = wide::Gt(ray.near, ray.far);
     fragments += wide::CountTrue(inside);
     shade.check(certificate, ray.near, ray.far, inside, first, pixels);

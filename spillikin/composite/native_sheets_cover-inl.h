@@ -21,6 +21,7 @@
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_piece_share-inl.h"
 #include "spillikin/composite/native_sheets.h"
+#include "spillikin/composite/native_sheets_crossing-inl.h"
 #include "spillikin/composite/native_thin-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,100 +29,6 @@ namespace spillikin::composite::native::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-using DS = hn::RebindToSigned<DF>;
-using VS = hn::Vec<DS>;
-
-template <class V>
-HWY_INLINE V formAt(const float* x_form, const float* y_form, const float* form, const V& x, const V& y) {
-  const DF d;
-  return wide::MulAdd(hn::Set(d, *x_form), x, wide::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
-}
-
-// What is known of the ends of intervals: how near they are alone; the sheets that they lie on, too; and on which side
-// of the diagonal, where that is folded.
-enum class Known { place, sheet, side };
-
-// One end of the intervals of a vector of rays, or of two: how near, on which sheet (a number's bits), and e on it.
-template <Known known, class V>
-struct End {
-  V z, sheet, side;
-};
-template <class V>
-struct End<Known::place, V> {
-  V z;
-};
-template <class V>
-struct End<Known::sheet, V> {
-  V z, sheet;
-};
-
-template <class V>
-HWY_INLINE V sideOf(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
-  return wide::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(DF()));
-}
-
-template <Known known, bool Folded, class V>
-HWY_INLINE End<known, V> onSheet(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
-  const DF d;
-  End<known, V> end;
-  end.z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
-  if constexpr (known != Known::place)
-    end.sheet = wide::same<V>(hn::BitCast(d, hn::Set(DS(), static_cast<std::int32_t>(k))));
-  if constexpr (Folded) {
-    const V side = sideOf(cell, k, x, y);
-    end.z = wide::MulAdd(hn::Set(d, cell.fold[k]), side, end.z);
-    if constexpr (known == Known::side) end.side = side;
-  } else if constexpr (known == Known::side) {
-    end.side = wide::same<V>(hn::Zero(d));  // a triangle has but one
-  }
-  return end;
-}
-
-template <Known known, class V, class M>
-HWY_INLINE void take(End<known, V>& end, const End<known, V>& other, const M& where) {
-  end.z = wide::IfThenElse(where, other.z, end.z);
-  if constexpr (known != Known::place) end.sheet = wide::IfThenElse(where, other.sheet, end.sheet);
-  if constexpr (known == Known::side) end.side = wide::IfThenElse(where, other.side, end.side);
-}
-
-// The farther, or the nearer, of two ends.
-template <Known known, class V>
-HWY_INLINE void takeFarther(End<known, V>& end, const End<known, V>& other) {
-  if constexpr (known == Known::place) {
-    end.z = wide::Min(end.z, other.z);
-  } else {
-    take(end, other, wide::Lt(other.z, end.z));
-  }
-}
-template <Known known, class V>
-HWY_INLINE void takeNearer(End<known, V>& end, const End<known, V>& other) {
-  if constexpr (known == Known::place) {
-    end.z = wide::Max(end.z, other.z);
-  } else {
-    take(end, other, wide::Gt(other.z, end.z));
-  }
-}
-
-template <Known known, class V>
-struct Interval {
-  End<known, V> near, far;
-  HWY_INLINE auto some() const { return wide::Gt(near.z, far.z); }
-};
-
-// Of as many sheets as there are, or, where that is not 0, of the first `Sheets` of either list.
-template <Known known, bool Folded, unsigned Sheets, class V>
-HWY_INLINE Interval<known, V> intervalOf(const SheetCell& cell, const V& x, const V& y) {
-  const auto sheet = [&](std::size_t k) HWY_ATTR { return onSheet<known, Folded>(cell, k, x, y); };
-  Interval<known, V> in{sheet(cell.entered[0]), sheet(cell.left[0])};
-  const unsigned entered = Sheets > 0 ? Sheets : cell.entered_count;
-  for (unsigned k = 1; k < entered; ++k)
-    takeFarther(in.near, sheet(cell.entered[k]));
-  const unsigned left = Sheets > 0 ? Sheets : cell.left_count;
-  for (unsigned k = 1; k < left; ++k)
-    takeNearer(in.far, sheet(cell.left[k]));
-  return in;
-}
 
 // What clip planes leave of each ray.
 template <class V>
@@ -277,9 +184,10 @@ HWY_NOINLINE std::size_t coverSheets(const Cover& c) {
     n += static_cast<std::size_t>(!hn::AllFalse(d, inside));
   };
   const PieceShare share(c.view, c.bounds);
+  const SheetIntervals<known, Folded, Sheets> interval(c.cell, c.blocks);
   byBlocks(c.blocks, [&](std::size_t first) HWY_ATTR {
     const VF x = centresX(first), y = centresY(first);
-    auto in = intervalOf<known, Folded, Sheets>(c.cell, x, y);
+    auto in = interval(first);
     if constexpr (!Cut) return keep(in, in.some(), first);
     const Limits<VF> limits = limitsOf<VF>(c.view, c.pixels, first);
     auto hard = hn::MaskFromVec(hn::Zero(d));

@@ -17,6 +17,7 @@
 #include "spillikin/composite/native_paint-inl.h"
 #include "spillikin/composite/native_sheets.h"
 #include "spillikin/composite/native_sheets_cover-inl.h"
+#include "spillikin/composite/native_sheets_crossing-inl.h"
 #include "spillikin/composite/native_tiny-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -24,107 +25,6 @@ namespace spillikin::composite::native::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-// The first `Count` sheets that a cell is entered by, then those that it is left by.
-template <unsigned Count>
-HWY_INLINE std::size_t sheetOf(const SheetCell& cell, std::size_t j) {
-  return j < Count ? cell.entered[j] : cell.left[j - Count];
-}
-
-// Where rays cross a cell of flat sheets, as many on either side, and the scalar's form there.
-template <unsigned Sheets>
-class FlatCrossing {
- public:
-  HWY_INLINE FlatCrossing(const SheetCell& cell, const Form& scalar, std::uint64_t /*blocks*/)
-      : forms_(setForms(cell, scalar, given_)) {}
-
-  template <class At>
-  HWY_INLINE auto operator()(const At& first, const Pixels& /*pixels*/) const {
-    auto near = forms_(0, first), far = forms_(Sheets, first);
-    for (unsigned j = 1; j < Sheets; ++j) {
-      near = wide::Min(near, forms_(j, first));
-      far = wide::Max(far, forms_(Sheets + j, first));
-    }
-    return Crossed<decltype(near)>{near, far, forms_(scalar_form, first)};
-  }
-
- private:
-  static constexpr std::size_t scalar_form = std::size_t{2} * Sheets;
-  using Given = Forms<scalar_form + 1>;
-
-  static HWY_INLINE const Given& setForms(const SheetCell& cell, const Form& scalar, Given& forms) {
-    for (std::size_t j = 0; j < scalar_form; ++j) {
-      const std::size_t k = sheetOf<Sheets>(cell, j);
-      forms.set(j, {cell.plane[0][k], cell.plane[1][k], cell.plane[2][k]});
-    }
-    forms.set(scalar_form, scalar);
-    return forms;
-  }
-
-  Given given_;
-  FormsV<scalar_form + 1> forms_;
-};
-
-// The same of folded sheets.
-template <unsigned Sheets>
-class FoldedCrossing {
- public:
-  HWY_INLINE FoldedCrossing(const SheetCell& cell, const Form& scalar, std::uint64_t blocks)
-      : forms_([&](std::size_t f) HWY_ATTR { return formOf(cell, scalar, f); }, blocks) {
-    for (std::size_t j = 0; j < planes; ++j)
-      fold_[j] = cell.fold[sheetOf<Sheets>(cell, j)];
-  }
-
-  template <class At>
-  HWY_INLINE auto operator()(const At& first, const Pixels& /*pixels*/) const {
-    const auto place = [&](std::size_t j) HWY_ATTR {
-      const auto side = wide::Max(forms_(planes + j, first), hn::Zero(DF()));
-      return wide::MulAdd(hn::Set(DF(), fold_[j]), side, forms_(j, first));
-    };
-    auto near = place(0), far = place(Sheets);
-    for (unsigned j = 1; j < Sheets; ++j) {
-      near = wide::Min(near, place(j));
-      far = wide::Max(far, place(Sheets + j));
-    }
-    return Crossed<decltype(near)>{near, far, forms_(scalar_form, first)};
-  }
-
- private:
-  // The sheets' planes, then their sides.
-  static constexpr std::size_t planes = std::size_t{2} * Sheets, scalar_form = 2 * planes;
-
-  static HWY_INLINE Form formOf(const SheetCell& cell, const Form& scalar, std::size_t f) {
-    if (f == scalar_form) return scalar;
-    const auto& of = f < planes ? cell.plane : cell.side;
-    const std::size_t k = sheetOf<Sheets>(cell, f % planes);
-    return {of[0][k], of[1][k], of[2][k]};
-  }
-
-  BlockForms<scalar_form + 1> forms_;
-  float fold_[planes];
-};
-
-// The same of as many sheets as there are.
-template <bool Folded>
-class AnySheetCrossing {
- public:
-  HWY_INLINE AnySheetCrossing(const SheetCell& cell, const Form& scalar, std::uint64_t /*blocks*/)
-      : cell_(cell), scalar_(scalar) {}
-
-  template <class At>
-  HWY_INLINE auto operator()(const At& first, const Pixels& /*pixels*/) const {
-    const auto in = intervalOf<Known::place, Folded, 0>(cell_, centresX(first), centresY(first));
-    return Crossed<std::remove_cvref_t<decltype(in.near.z)>>{in.near.z, in.far.z, scalar_(first)};
-  }
-
- private:
-  const SheetCell& cell_;
-  FormV scalar_;
-};
-// Of a cell that has neither gaps nor steep sheets. `Sheets` as with intervalOf.
-template <bool Folded, unsigned Sheets>
-using SheetCrossing = std::conditional_t<Sheets == 0, AnySheetCrossing<Folded>,
-                                         std::conditional_t<Folded, FoldedCrossing<Sheets>, FlatCrossing<Sheets>>>;
 
 template <class Shade, bool Folded, unsigned Sheets>
 HWY_NOINLINE std::size_t paintCrossing(const TileView& view, const SheetBatch& batch, std::size_t i, Pixels& pixels) {
