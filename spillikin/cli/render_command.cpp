@@ -143,6 +143,7 @@ void reportStep(const render::Session& session, std::size_t step, bool strict, s
   if (session.warnings() == said) return;
   said = session.warnings();
   std::vector<std::string> lines;
+  lines.reserve(said.size());
   for (const std::string& line : said)
     lines.push_back(fmt::format("{} (at step {})", line, step));
   reportWarnings(lines, strict);

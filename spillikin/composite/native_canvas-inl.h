@@ -86,7 +86,7 @@ HWY_INLINE void streamRow(const float* from, std::size_t count, float* to) {
 
 void store(const Pixels& pixels, int width, int height, float* out, std::size_t stride) {
   Rows rows;
-  const auto count = static_cast<std::size_t>(4 * width);
+  const std::size_t count = 4 * static_cast<std::size_t>(width);
   for (int by = 0; 4 * by < height; ++by) {
     interleave(pixels, static_cast<std::size_t>(by), rows);
     for (int y = 0; y < 4 && 4 * by + y < height; ++y, out += stride)
@@ -99,7 +99,7 @@ void store(const Pixels& pixels, int width, int height, float* out, std::size_t 
 void blank(int width, int height, float* out, std::size_t stride) {
   alignas(64) constexpr float none[Rows::row] = {};
   for (int y = 0; y < height; ++y, out += stride)
-    streamRow(none, static_cast<std::size_t>(4 * width), out);
+    streamRow(none, 4 * static_cast<std::size_t>(width), out);
   hwy::FlushStream();
 }
 

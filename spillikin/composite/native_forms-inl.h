@@ -126,7 +126,7 @@ class BlockForms {
   // formOf(k) is the k-th.
   template <class F>
   HWY_INLINE BlockForms(const F& formOf, std::uint64_t blocks) {
-    alignas(64) float x[room], y[room], t[room];
+    alignas(64) float x[room] = {}, y[room] = {}, t[room] = {};
     for (std::size_t k = 0; k < Count; ++k) {
       const Form form = formOf(k);
       x[k] = form.x;

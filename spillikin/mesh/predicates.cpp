@@ -21,10 +21,11 @@ T determinant(const std::array<T, 3>& u, const std::array<T, 3>& v, const std::a
   return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
+// NOLINTBEGIN(clang-analyzer-cplusplus.NewDeleteLeaks): counted references of the number type
 std::array<Exact, 3> exactDifference(const Vec3& p, const Vec3& q) {
-  // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): counted references of the number type
   return {Exact(p.x) - Exact(q.x), Exact(p.y) - Exact(q.y), Exact(p.z) - Exact(q.z)};
 }
+// NOLINTEND(clang-analyzer-cplusplus.NewDeleteLeaks)
 
 int signOf(const Exact& value) {
   return static_cast<int>(CGAL::sign(value));

@@ -185,6 +185,7 @@ void Session::Impl::warnOfFolds() {
   const std::vector<mesh::Id> folded = mesh::foldedCells(mesh);
   if (folded.empty()) return;
   std::vector<mesh::Id> ids;
+  ids.reserve(folded.size());
   for (const mesh::Id cell : folded)
     ids.push_back(mesh.cell_file_id[cell]);
   std::sort(ids.begin(), ids.end());

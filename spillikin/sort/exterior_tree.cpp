@@ -78,7 +78,7 @@ std::uint64_t ExteriorTree::code(std::size_t triangle) const {
   int axis = 0;
   for (int k = 1; k < 3; ++k)
     axis = std::abs(n[k]) > std::abs(n[axis]) ? k : axis;
-  const auto side = static_cast<std::uint64_t>(2 * axis + (n[axis] > 0.0 ? 1 : 0));
+  const std::uint64_t side = 2 * static_cast<std::uint64_t>(axis) + (n[axis] > 0.0 ? 1U : 0U);
   constexpr unsigned first = 6, all = 63, bits = 3;
   const std::uint64_t coarse = place >> (all - first), fine = place & ((std::uint64_t{1} << (all - first)) - 1);
   return (coarse << (all - first)) | (side << (all - first - bits)) | (fine >> bits);

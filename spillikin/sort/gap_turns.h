@@ -53,7 +53,7 @@ class GapTurns {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, guess_.size(), grain),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (auto t = static_cast<std::uint32_t>(range.begin()); t < range.end(); ++t) {
-                          const int s = sign_[t];
+                          const std::int8_t s = sign_[t];
                           if (s == 0) continue;
                           guess_[t] = guess(t, s);
                           if (s < 0) raise(turn_[cell_[t]], guess_[t]);

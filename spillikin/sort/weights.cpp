@@ -190,6 +190,7 @@ class Search {
       worst[r] = std::min(worst[r], rows_[i].value(heights_));
     }
     std::vector<std::pair<double, mesh::Id>> order;
+    order.reserve(worst.size());
     for (const auto& [r, value] : worst)
       order.emplace_back(value, r);
     std::sort(order.begin(), order.end());
