@@ -21,12 +21,12 @@ struct Centres {
 };
 inline constexpr Centres centres;
 
-// The centres of the first pixels of a tile's columns of blocks, and again of its rows.
+// The centres of the first pixels of a tile's columns of blocks, which are those of its rows, too.
 struct BlockCorners {
-  alignas(64) float at[2 * block_columns];
+  alignas(64) float at[block_columns];
   constexpr BlockCorners() : at{} {
     for (int b = 0; b < block_columns; ++b)
-      at[b] = at[block_columns + b] = static_cast<float>(4 * b) + 0.5F;
+      at[b] = static_cast<float>(4 * b) + 0.5F;
   }
 };
 inline constexpr BlockCorners block_corners;

@@ -43,16 +43,15 @@ class FormV {
   VF x_, y_, t_;
 };
 
-// What a form gains from a block's first pixel on, vector by vector.
+// What a form of slopes x and y gains from a block's first pixel on, vector by vector.
 class OverBlock {
  public:
   static constexpr std::size_t lanes = hn::MaxLanes(DF()), vectors = block_pixels / lanes;
-  HWY_INLINE VF operator()(const Form& form, std::size_t vector) const {
+  HWY_INLINE VF operator()(float x, float y, std::size_t vector) const {
     const DF d;
     const auto from_first = [&](const float* centre)
                                 HWY_ATTR { return hn::Sub(hn::Load(d, centre + vector * lanes), hn::Set(d, *centre)); };
-    return hn::MulAdd(hn::Set(d, form.x), from_first(centres.x[0]),
-                      hn::Mul(hn::Set(d, form.y), from_first(centres.y[0])));
+    return hn::MulAdd(hn::Set(d, x), from_first(centres.x[0]), hn::Mul(hn::Set(d, y), from_first(centres.y[0])));
   }
 };
 
@@ -61,25 +60,18 @@ class OverBlock {
 // coefficients, and which some cores do beside their multiplications (a fifth to a quarter less time a block on Zen 4).
 template <std::size_t Count>
 struct Forms {
-  static constexpr std::size_t lanes = OverBlock::lanes, columns = block_columns;
-  alignas(64) float over[Count][block_pixels];
+  static constexpr std::size_t columns = block_columns;
+  float slope[Count][2];
   alignas(64) float of_block[Count][2 * columns];  // by column, then by row
 
   HWY_INLINE void set(std::size_t k, const Form& form) {
-    const DF d;
-    const VF x = hn::Set(d, form.x), y = hn::Set(d, form.y), t = hn::Set(d, form.t);
-    for (std::size_t v = 0; v < OverBlock::vectors; ++v)
-      hn::Store(OverBlock()(form, v), d, over[k] + v * lanes);
-    if constexpr (lanes == 2 * columns) {
-      const auto rows = hn::Ge(hn::Iota(d, 0.0F), hn::Set(d, static_cast<float>(columns)));
-      const VF sum = hn::MulAdd(hn::IfThenElse(rows, y, x), hn::Load(d, block_corners.at), hn::IfThenElseZero(rows, t));
-      hn::Store(sum, d, of_block[k]);
-    } else {
-      for (std::size_t c = 0; c < columns; c += lanes) {
-        const VF corner = hn::Load(d, block_corners.at + c);
-        hn::Store(hn::Mul(x, corner), d, of_block[k] + c);
-        hn::Store(hn::MulAdd(y, corner, t), d, of_block[k] + columns + c);
-      }
+    const hn::CappedTag<float, columns> d;
+    slope[k][0] = form.x;
+    slope[k][1] = form.y;
+    for (std::size_t c = 0; c < columns; c += hn::Lanes(d)) {
+      const auto corner = hn::Load(d, block_corners.at + c);
+      hn::Store(hn::Mul(hn::Set(d, form.x), corner), d, of_block[k] + c);
+      hn::Store(hn::MulAdd(hn::Set(d, form.y), corner, hn::Set(d, form.t)), d, of_block[k] + columns + c);
     }
   }
 };
@@ -92,7 +84,7 @@ class FormsV {
   explicit HWY_INLINE FormsV(const Forms<Count>& forms) : of_block_(forms.of_block) {
     for (std::size_t k = 0; k < Count; ++k) {
       for (std::size_t v = 0; v < OverBlock::vectors; ++v)
-        over_[k][v] = hn::Load(DF(), forms.over[k] + v * Given::lanes);
+        over_[k][v] = OverBlock()(forms.slope[k][0], forms.slope[k][1], v);
     }
   }
 
@@ -105,7 +97,7 @@ class FormsV {
       const DF d;
       const std::size_t block = first / block_pixels;
       const float* at = of_block_[k];
-      const VF over = over_[k][first % block_pixels / Given::lanes];
+      const VF over = over_[k][first % block_pixels / OverBlock::lanes];
       const VF in_row = hn::Add(over, hn::Set(d, at[Given::columns + block / Given::columns]));
       return hn::Add(in_row, hn::Set(d, at[block % Given::columns]));
     }
@@ -136,7 +128,7 @@ class BlockForms {
     const OverBlock over;
     for (std::size_t k = 0; k < Count; ++k) {
       for (std::size_t v = 0; v < OverBlock::vectors; ++v)
-        over_[k][v] = over({x[k], y[k], t[k]}, v);
+        over_[k][v] = over(x[k], y[k], v);
     }
     for (; blocks != 0; blocks &= blocks - 1)
       setFirst(x, y, t, static_cast<std::size_t>(std::countr_zero(blocks)));
