@@ -213,6 +213,7 @@ Image nearestTruth(const reference::RayCaster& caster, const View& view, const i
   Image nearest = truth;
   for (int down = -1; down <= 1; ++down) {
     for (int across = -1; across <= 1; ++across) {
+      if (down == 0 && across == 0) continue;
       const Image beside = caster.render(moved(view, across * step, down * step), look, options);
       for (int y = 0; y < view.height; ++y) {
         for (int x = 0; x < view.width; ++x) {

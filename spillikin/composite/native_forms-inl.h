@@ -28,6 +28,12 @@ struct Form {
   float x, y, t;
 };
 
+template <class V>
+HWY_INLINE V formAt(const Form& form, const V& x, const V& y) {
+  const DF d;
+  return wide::MulAdd(hn::Set(d, form.x), x, wide::MulAdd(hn::Set(d, form.y), y, hn::Set(d, form.t)));
+}
+
 // The same over vectors, where they come in no order.
 class FormV {
  public:

@@ -11,6 +11,7 @@
 
 #include <span>
 
+#include "spillikin/composite/native_forms-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_thin-inl.h"
 #include "spillikin/composite/native_whole.h"
@@ -22,8 +23,7 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 HWY_INLINE VF form(const WholeCell::Form& f, VF x, VF y) {
-  const DF d;
-  return hn::MulAdd(hn::Set(d, f[0]), x, hn::MulAdd(hn::Set(d, f[1]), y, hn::Set(d, f[2])));
+  return formAt(Form{f[0], f[1], f[2]}, x, y);
 }
 
 // Which intervals are a piece's to draw: those whose middle lies in it, whole. For the pieces of a cell that a ray runs

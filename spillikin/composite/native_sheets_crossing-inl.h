@@ -29,10 +29,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using DS = hn::RebindToSigned<DF>;
 using VS = hn::Vec<DS>;
 
-template <class V>
-HWY_INLINE V formAt(const float* x_form, const float* y_form, const float* form, const V& x, const V& y) {
-  const DF d;
-  return wide::MulAdd(hn::Set(d, *x_form), x, wide::MulAdd(hn::Set(d, *y_form), y, hn::Set(d, *form)));
+// Of sheet k.
+HWY_INLINE Form sheetForm(const SheetCell::Coefficient (&of)[3], std::size_t k) {
+  return {of[0][k], of[1][k], of[2][k]};
 }
 
 // What is known of the ends of intervals: how near they are alone; the sheets that they lie on, too; and on which side
@@ -55,14 +54,14 @@ struct End<Known::sheet, V> {
 
 template <class V>
 HWY_INLINE V sideOf(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
-  return wide::Max(formAt(&cell.side[0][k], &cell.side[1][k], &cell.side[2][k], x, y), hn::Zero(DF()));
+  return wide::Max(formAt(sheetForm(cell.side, k), x, y), hn::Zero(DF()));
 }
 
 template <Known known, bool Folded, class V>
 HWY_INLINE End<known, V> onSheet(const SheetCell& cell, std::size_t k, const V& x, const V& y) {
   const DF d;
   End<known, V> end;
-  end.z = formAt(&cell.plane[0][k], &cell.plane[1][k], &cell.plane[2][k], x, y);
+  end.z = formAt(sheetForm(cell.plane, k), x, y);
   if constexpr (known != Known::place)
     end.sheet = wide::same<V>(hn::BitCast(d, hn::Set(DS(), static_cast<std::int32_t>(k))));
   if constexpr (Folded) {
@@ -126,6 +125,17 @@ HWY_INLINE std::size_t sheetOf(const SheetCell& cell, std::size_t j) {
   return j < Count ? cell.entered[j] : cell.left[j - Count];
 }
 
+// Between as many sheets on either side: place(j) is nearness on one of them, in that order.
+template <unsigned Count, class V, class Place>
+HWY_INLINE Crossed<V> betweenSheets(const Place& place, const V& scalar) {
+  V near = place(0), far = place(Count);
+  for (std::size_t j = 1; j < Count; ++j) {
+    near = wide::Min(near, place(j));
+    far = wide::Max(far, place(Count + j));
+  }
+  return {near, far, scalar};
+}
+
 // Where rays cross a cell of flat sheets, as many on either side, and the scalar's form there.
 template <unsigned Sheets>
 class FlatCrossing {
@@ -135,12 +145,8 @@ class FlatCrossing {
 
   template <class At>
   HWY_INLINE auto operator()(const At& first) const {
-    auto near = forms_(0, first), far = forms_(Sheets, first);
-    for (unsigned j = 1; j < Sheets; ++j) {
-      near = wide::Min(near, forms_(j, first));
-      far = wide::Max(far, forms_(Sheets + j, first));
-    }
-    return Crossed<decltype(near)>{near, far, forms_(scalar_form, first)};
+    const auto place = [&](std::size_t j) HWY_ATTR { return forms_(j, first); };
+    return betweenSheets<Sheets>(place, forms_(scalar_form, first));
   }
 
  private:
@@ -148,10 +154,8 @@ class FlatCrossing {
   using Given = Forms<scalar_form + 1>;
 
   static HWY_INLINE const Given& setForms(const SheetCell& cell, const Form& scalar, Given& forms) {
-    for (std::size_t j = 0; j < scalar_form; ++j) {
-      const std::size_t k = sheetOf<Sheets>(cell, j);
-      forms.set(j, {cell.plane[0][k], cell.plane[1][k], cell.plane[2][k]});
-    }
+    for (std::size_t j = 0; j < scalar_form; ++j)
+      forms.set(j, sheetForm(cell.plane, sheetOf<Sheets>(cell, j)));
     forms.set(scalar_form, scalar);
     return forms;
   }
@@ -176,12 +180,7 @@ class FoldedCrossing {
       const auto side = wide::Max(forms_(planes + j, first), hn::Zero(DF()));
       return wide::MulAdd(hn::Set(DF(), fold_[j]), side, forms_(j, first));
     };
-    auto near = place(0), far = place(Sheets);
-    for (unsigned j = 1; j < Sheets; ++j) {
-      near = wide::Min(near, place(j));
-      far = wide::Max(far, place(Sheets + j));
-    }
-    return Crossed<decltype(near)>{near, far, forms_(scalar_form, first)};
+    return betweenSheets<Sheets>(place, forms_(scalar_form, first));
   }
 
  private:
@@ -190,9 +189,7 @@ class FoldedCrossing {
 
   static HWY_INLINE Form formOf(const SheetCell& cell, const Form& scalar, std::size_t f) {
     if (f == scalar_form) return scalar;
-    const auto& of = f < planes ? cell.plane : cell.side;
-    const std::size_t k = sheetOf<Sheets>(cell, f % planes);
-    return {of[0][k], of[1][k], of[2][k]};
+    return sheetForm(f < planes ? cell.plane : cell.side, sheetOf<Sheets>(cell, f % planes));
   }
 
   BlockForms<scalar_form + 1> forms_;

@@ -21,6 +21,7 @@
 
 #include "spillikin/composite/native_centres.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_forms-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_linear-inl.h"
 #include "spillikin/composite/native_piece_share-inl.h"
@@ -411,13 +412,13 @@ HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell, std::span<const Whol
   const auto past = static_cast<std::size_t>(cell.blocks.y1) * block_columns;
   for (std::size_t b = first / lanes * lanes; b < past; b += lanes) {
     const VF x = hn::Load(d, block_middles.x + b), y = hn::Load(d, block_middles.y + b);
-    const auto sheetForm = [&](const SheetCell::Coefficient(&of)[3], const float* t, std::size_t k) HWY_ATTR {
-      return hn::MulAdd(hn::Set(d, of[0][k]), x, hn::MulAdd(hn::Set(d, of[1][k]), y, hn::Set(d, t[k])));
+    const auto sheet = [&](const SheetCell::Coefficient(&of)[3], const float* t, std::size_t k) HWY_ATTR {
+      return formAt(Form{of[0][k], of[1][k], t[k]}, x, y);
     };
     const auto at = [&](std::size_t k, const float* t, const float* side) HWY_ATTR {
-      const VF z = sheetForm(cell.plane, t, k);
+      const VF z = sheet(cell.plane, t, k);
       if constexpr (!Folded) return z;
-      return hn::MulAdd(hn::Set(d, cell.fold[k]), hn::Max(sheetForm(cell.side, side, k), hn::Zero(d)), z);
+      return hn::MulAdd(hn::Set(d, cell.fold[k]), hn::Max(sheet(cell.side, side, k), hn::Zero(d)), z);
     };
     VF near = at(cell.entered[0], reach.most, reach.side_most);
     for (unsigned k = 1; k < cell.entered_count; ++k)

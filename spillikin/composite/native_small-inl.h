@@ -137,7 +137,7 @@ HWY_INLINE void setSmall(const Smallness& small, const Middle& middle, std::size
   store(fourth, batch.depth_square);
 }
 
-// The share of fragments beyond the bend where a piece ends, for as long as the scalar is beyond on the average.
+// Adds the bend where a piece ends: its kink, by how far the scalar is beyond on the fragment's average.
 template <class V>
 HWY_INLINE void addBend(const Reach<V>& reach, const Piece& piece, float end, Tint<V>& tint) {
   const DF d;
