@@ -43,8 +43,9 @@ inline double chord(const project::Camera& camera, Vec3 lo, Vec3 hi, double x, d
   return std::max(0.0, far - near) * glm::length(direction);
 }
 
-// With one extinction everywhere, opacity tells the length that was drawn: no gap, nothing twice.
-inline void expectChords(const Subject& s, const View& view, Vec3 lo, Vec3 hi) {
+// With one extinction everywhere, opacity tells the length that was drawn: no gap, nothing twice. `bound` is a share of
+// the box's diagonal.
+inline void expectChords(const Subject& s, const View& view, Vec3 lo, Vec3 hi, double bound = 2e-5) {
   const double extinction = s.tf.points().front().extinction;
   const auto native = composite::makeNative();
   Image image;
@@ -58,7 +59,7 @@ inline void expectChords(const Subject& s, const View& view, Vec3 lo, Vec3 hi) {
       worst = std::max(worst, std::abs(drawn - expected));
     }
   }
-  EXPECT_LE(worst, 2e-5 * glm::length(hi - lo));
+  EXPECT_LE(worst, bound * glm::length(hi - lo));
 }
 
 // The corners of a cube, as a hexahedron has them.

@@ -55,43 +55,6 @@ TEST(CompositeNativeFacets, CellsThatPlanesDoNotBound) {
   EXPECT_EQ(codeOf(straight), not_of_planes);
 }
 
-// Columns of hexahedra, of pairs of wedges and of pyramids around a point within, side by side.
-mesh::Source mixedGrid(std::size_t n, double jitter, std::uint64_t seed) {
-  mesh::Source source = hexahedronGrid(n, jitter, seed);
-  const mesh::Source grid = source;
-  source.types.clear();
-  source.connectivity.clear();
-  source.offsets.assign(1, 0);
-  source.arrays.clear();
-  for (std::size_t c = 0; c < grid.types.size(); ++c) {
-    const std::uint32_t* v = grid.connectivity.data() + grid.offsets[c];
-    const auto add = [&](std::uint8_t type, std::initializer_list<std::uint32_t> ids) {
-      source.types.push_back(type);
-      source.connectivity.insert(source.connectivity.end(), ids);
-      source.offsets.push_back(source.connectivity.size());
-    };
-    const std::size_t kind = (c % n + c / n % n) % 3;
-    if (kind == 0) add(mesh::vtk_cell::hexahedron, {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]});
-    if (kind == 1) {
-      add(mesh::vtk_cell::wedge, {v[0], v[1], v[2], v[4], v[5], v[6]});
-      add(mesh::vtk_cell::wedge, {v[0], v[2], v[3], v[4], v[6], v[7]});
-    }
-    if (kind == 2) {
-      Vec3 middle(0.0);
-      for (std::size_t k = 0; k < 8; ++k)
-        middle += 0.125 * grid.points[v[k]];
-      const auto apex = static_cast<std::uint32_t>(source.points.size());
-      source.points.push_back(middle);
-      for (const auto& f : {std::array{0, 1, 2, 3}, std::array{7, 6, 5, 4}, std::array{1, 0, 4, 5},
-                            std::array{2, 1, 5, 6}, std::array{3, 2, 6, 7}, std::array{0, 3, 7, 4}}) {
-        add(mesh::vtk_cell::pyramid, {v[f[0]], v[f[1]], v[f[2]], v[f[3]], apex});
-      }
-    }
-  }
-  addPointArray(source, "value", [](const Vec3& p) { return std::sin(p.x) + 0.3 * p.y * p.z - p.z; });
-  return source;
-}
-
 // Perspective, parallel and from within.
 std::vector<View> viewsOf(const Subject& s, double size, int pixels) {
   std::vector<View> views{viewOf(s, {1.0, 0.7, 0.4}, pixels, pixels - 7, 1.6)};

@@ -19,6 +19,7 @@
 #include "spillikin/composite/native_batch.h"
 #include "spillikin/composite/native_blocks-inl.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_edge_on-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_kinds-inl.h"
 #include "spillikin/composite/native_vec3d-inl.h"
@@ -242,7 +243,8 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
-// A cell so flat that the rounding of a depth moves the scalar noticeably takes full care.
+// A cell so flat that the rounding of a depth moves the scalar noticeably takes full care; one with a face seen edge-on
+// is handed back where float does not tell the face's sides.
 HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& batch) {
   const DF d;
   const DIF di;
@@ -262,13 +264,16 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     // A peak has no range of depths to lose the rounding in.
     const auto lost = hn::And(peaks, hn::RebindMask(di, hn::Not(steady)));
     kind = hn::IfThenElse(lost, kindNumber(Kind::edge_on), kind);
-    kind = hn::IfThenElse(hn::RebindMask(di, flat_on), kind, kindNumber(Kind::edge_on));
     hn::Store(kind, di, reinterpret_cast<std::int32_t*>(batch.kind + i));
-    unsigned others = view.peaks ? 0 : maskBits(hn::AndNot(decided, hn::And(steady, flat_on)));
+    unsigned others = view.peaks ? 0 : maskBits(hn::AndNot(decided, steady));
     for (; HWY_UNLIKELY(others != 0); others &= others - 1) {
       const std::size_t c = i + static_cast<std::size_t>(std::countr_zero(others));
       const Care care = batch.look(pieces, c).care(batch.chord[c] * view.longest, true);
       batch.kind[c] = kindOf(care, batch.last_piece[c] - batch.first_piece[c]);
+    }
+    for (unsigned bits = maskBits(hn::Not(flat_on)); HWY_UNLIKELY(bits != 0); bits &= bits - 1) {
+      const std::size_t c = i + static_cast<std::size_t>(std::countr_zero(bits));
+      if (!sidesTold(view, batch, c)) batch.kind[c] = Kind::edge_on;
     }
     setOrigins(*view.screen, i, batch);
   }

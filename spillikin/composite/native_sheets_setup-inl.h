@@ -21,6 +21,7 @@
 
 #include "spillikin/composite/native_centres.h"
 #include "spillikin/composite/native_certificate-inl.h"
+#include "spillikin/composite/native_edge_on-inl.h"
 #include "spillikin/composite/native_forms-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_linear-inl.h"
@@ -41,6 +42,10 @@ using VU = hn::Vec<DU>;
 // How steep a sheet may be, as a share of what is edge-on: where float leaves half of the certificate's tolerance
 // unknown. A neighbour that is painted ray by ray has not the same bits; few rays if any meet such a sheet.
 constexpr float steep_share = 0.01F;
+
+// How far a quadrilateral's fourth corner may be from the plane of the others, as a share of the terms that add up to
+// that, to be in it as good as: some hundred times what the rounding of the corners makes of it.
+constexpr double same_plane = 1e-11;
 
 constexpr std::size_t faces_most = 8;
 
@@ -197,9 +202,9 @@ HWY_INLINE unsigned laneBits(MD mask) {
 }
 
 // What is known of the faces beyond their coefficients, a bit each: left through their first and second triangles, with
-// a fold, steep, seen too nearly edge-on, with a scalar that rounding moves.
+// a fold, steep, seen too nearly edge-on, a line then on the screen rather than two, with a scalar that rounding moves.
 struct FaceBits {
-  unsigned leaves1 = 0, leaves2 = 0, folded = 0, steep = 0, edge_on = 0, unsteady = 0;
+  unsigned leaves1 = 0, leaves2 = 0, folded = 0, steep = 0, edge_on = 0, line = 0, unsteady = 0;
 };
 
 HWY_INLINE VD overTile(const Vec3D& form) {
@@ -257,9 +262,20 @@ HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, cons
       d, hn::BitCast(DI(), hn::And(hn::Shr(hn::Set(DU(), table.quads), hn::Iota(DU(), static_cast<std::uint32_t>(i))),
                                    hn::Set(DU(), 1))));
   const Vec3D side{hn::Mul(diagonal.x, inverse2), hn::Mul(diagonal.y, inverse2), hn::Mul(diagonal.z, inverse2)};
-  const VD fold = hn::Mul(quad, hn::Neg(hn::Mul(dot(n, f - a), inverse1)));
   plane = {hn::Mul(plane.x, inverse1), hn::Mul(plane.y, inverse1), hn::Mul(plane.z, inverse1)};
   if (!parallel) plane.z = hn::Sub(plane.z, hn::Set(d, frame.z0));
+  // Of the cell's own nearness, where that is what float keeps a share of.
+  const double scale = frame.relative ? limits.nearness : 1.0;
+  const VD steepest = hn::Set(d, frame.steepest * scale);
+  const auto slope = [&](VD x, VD y) HWY_ATTR { return hn::Add(hn::Abs(x), hn::Abs(y)); };
+  const VD slope1 = slope(plane.x, plane.y);
+  const Vec3D to_f = f - a;
+  const VD off_terms = hn::MulAdd(hn::Abs(n.x), hn::Abs(to_f.x),
+                                  hn::MulAdd(hn::Abs(n.y), hn::Abs(to_f.y), hn::Mul(hn::Abs(n.z), hn::Abs(to_f.z))));
+  const VD off = dot(n, to_f);
+  const MD line =
+      hn::And(hn::Not(hn::Le(slope1, steepest)), hn::Le(hn::Abs(off), hn::Mul(off_terms, hn::Set(d, same_plane))));
+  const VD fold = hn::IfThenZeroElse(line, hn::Mul(quad, hn::Neg(hn::Mul(off, inverse1))));
 
   storeForm(plane, i, cell.plane[0], cell.plane[1], cell.plane[2]);
   storeForm(side, i, cell.side[0], cell.side[1], cell.side[2]);
@@ -280,20 +296,18 @@ HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, cons
     bits.unsteady |= laneBits(hn::Gt(fastest, hn::Set(d, limits.steepest_rate))) << i;
   }
 
-  // Of the cell's own nearness, where that is what float keeps a share of.
-  const double scale = frame.relative ? limits.nearness : 1.0;
   const VD folded = hn::Mul(hn::Abs(fold), side_reach);
-  const auto slope = [&](VD x, VD y) HWY_ATTR { return hn::Add(hn::Abs(x), hn::Abs(y)); };
-  const VD slope1 = slope(plane.x, plane.y);
   const VD slope2 = slope(hn::MulAdd(side.x, fold, plane.x), hn::MulAdd(side.y, fold, plane.y));
   const VD most = hn::Max(slope1, slope2);
-  const VD steepest = hn::Set(d, frame.steepest * scale);
   const MD turned = hn::Eq(hn::PromoteTo(d, hn::BitCast(DI(), at.backward)), hn::Set(d, 1.0));
+  // Which way a line is left says the plane alone that the line is made of.
+  const VD second = hn::IfThenElse(line, pivot1, pivot2);
   bits.leaves1 |= laneBits(hn::Xor(hn::Gt(pivot1, hn::Zero(d)), turned)) << i;
-  bits.leaves2 |= laneBits(hn::Xor(hn::Gt(pivot2, hn::Zero(d)), turned)) << i;
+  bits.leaves2 |= laneBits(hn::Xor(hn::Gt(second, hn::Zero(d)), turned)) << i;
   bits.folded |= laneBits(hn::Gt(folded, hn::Set(d, frame.least_fold * scale))) << i;
   bits.steep |= laneBits(hn::Gt(most, hn::Mul(steepest, hn::Set(d, double{steep_share})))) << i;
   bits.edge_on |= laneBits(hn::Not(hn::Le(most, steepest))) << i;
+  bits.line |= laneBits(line) << i;
 }
 
 // Face f's triangles as a sheet each.
@@ -438,8 +452,44 @@ HWY_NOINLINE std::uint64_t blockBits(const SheetCell& cell, std::span<const Whol
   return bits & box;
 }
 
-// What cell i's faces make of it: false where one is edge-on or the cell is not entered or not left. `steady` as long
-// as rounding does not move the scalar, if that was asked for.
+// The depths of cell i to nearness; `lost` is how much float loses of that.
+HWY_INLINE NearnessRange nearnessRange(const SheetFrame& frame, const SheetBatch& batch, std::size_t i, float& lost) {
+  const double near = batch.lo[SheetBatch::depth][i], far = batch.hi[SheetBatch::depth][i];
+  const auto nearness = [&](double depth) {
+    return static_cast<float>(frame.parallel ? frame.z0 - depth : 1.0 / depth - frame.z0);
+  };
+  const double most = frame.parallel ? std::max(std::abs(near), std::abs(far)) : 1.0 / near;
+  lost = float_rounding * static_cast<float>(most);
+  return {nearness(far), nearness(near)};
+}
+
+// Steep sheets that no pixel's ray meets in the cell need no more care. False where one that is a line on the screen,
+// of the faces `lines`, may be met.
+HWY_INLINE bool tellSides(const NearnessRange& range, float lost, unsigned lines, SheetCell& cell) {
+  std::uint32_t of_gaps = 0, untold = 0;
+  for (unsigned k = 0; k < cell.gap_count; ++k)
+    of_gaps |= 1U << cell.gap[k].leaves | 1U << cell.gap[k].enters;
+  const auto look = [&](std::size_t k) HWY_ATTR {
+    if ((cell.steep >> k & 1U) == 0) return;
+    const Form plane = sheetForm(cell.plane, k), side = sheetForm(cell.side, k);
+    const VF fold = hn::Set(DF(), cell.fold[k]);
+    const auto nearnessAt = [&](const VF& x, const VF& y) HWY_ATTR {
+      return hn::MulAdd(fold, hn::Max(formAt(side, x, y), hn::Zero(DF())), formAt(plane, x, y));
+    };
+    const auto terms = [](const Form& f) { return (std::abs(f.x) + std::abs(f.y)) * float{tile_size} + std::abs(f.t); };
+    const float off = lost + float_rounding * (terms(plane) + std::abs(cell.fold[k]) * terms(side));
+    if (!tellsSides(nearnessAt, boxBits(cell.blocks), range, off)) untold |= 1U << k;
+  };
+  for (unsigned k = 0; k < cell.entered_count; ++k)
+    look(cell.entered[k]);
+  for (unsigned k = 0; k < cell.left_count; ++k)
+    look(cell.left[k]);
+  cell.steep &= of_gaps | untold;
+  return (untold & lines) == 0;
+}
+
+// What cell i's faces make of it: false where one is seen edge-on that rays may meet or the cell is not entered or not
+// left. `steady` as long as rounding does not move the scalar, if that was asked for.
 template <bool Scalars>
 HWY_INLINE bool setSheets(const SheetFrame& frame, const FacetTable& table, FacetCode code, std::size_t i,
                           SheetBatch& batch, bool& steady) {
@@ -454,9 +504,14 @@ HWY_INLINE bool setSheets(const SheetFrame& frame, const FacetTable& table, Face
   FaceBits bits;
   for (std::size_t k = 0; k < faces_most; k += hn::Lanes(DD()))
     setFaces<Scalars>(frame, corners, table, code, limits, k, cell, bits);
-  if (HWY_UNLIKELY((bits.edge_on & table.faces) != 0)) return false;
+  if (HWY_UNLIKELY((bits.edge_on & ~bits.line & table.faces) != 0)) return false;
   sortSheets(table, code, bits, cell);
-  steady = (bits.unsteady & table.faces) == 0;
+  if (HWY_UNLIKELY(cell.steep != 0)) {
+    float lost = 0.0F;
+    const NearnessRange in_cell = nearnessRange(frame, batch, i, lost);
+    if (!tellSides(in_cell, lost, bits.line, cell)) return false;
+  }
+  steady = (bits.unsteady & ~bits.line & table.faces) == 0;
   return cell.entered_count > 0 && cell.left_count > 0;
 }
 

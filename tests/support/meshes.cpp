@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <initializer_list>
 #include <map>
 #include <random>
 #include <set>
@@ -222,6 +223,31 @@ mesh::Source hexahedronGrid(std::size_t n, double jitter, std::uint64_t seed) {
 mesh::Source tetrahedronGrid(std::size_t n, double jitter, std::uint64_t seed) {
   mesh::Source source = grid(n, jitter, seed, addTetrahedra);
   source.name = "tetrahedron grid";
+  return source;
+}
+
+mesh::Source mixedGrid(std::size_t n, double jitter, std::uint64_t seed) {
+  mesh::Source source = grid(n, jitter, seed, [n](mesh::Source& to, const Hexahedron& v) {
+    const std::size_t i = v[0] % (n + 1), j = v[0] / (n + 1) % (n + 1), kind = (i + j) % 3;
+    const auto add = [&to](std::uint8_t type, std::initializer_list<Id> ids) {
+      addCell(to, type, ids.begin(), ids.size());
+    };
+    if (kind == 0) addCell(to, mesh::vtk_cell::hexahedron, v.data(), v.size());
+    if (kind == 1) {
+      add(mesh::vtk_cell::wedge, {v[0], v[1], v[2], v[4], v[5], v[6]});
+      add(mesh::vtk_cell::wedge, {v[0], v[2], v[3], v[4], v[6], v[7]});
+    }
+    if (kind == 2) {
+      const auto apex = static_cast<Id>(to.points.size());
+      Vec3 middle(0.0);
+      for (const Id id : v)
+        middle += 0.125 * to.points[id];
+      to.points.push_back(middle);
+      for (const auto& f : hexahedron_faces)
+        add(mesh::vtk_cell::pyramid, {v[f[3]], v[f[2]], v[f[1]], v[f[0]], apex});
+    }
+  });
+  source.name = "mixed grid";
   return source;
 }
 

@@ -21,6 +21,8 @@ mesh::Source delaunayCube(std::size_t points, std::uint64_t seed);
 // non-planar faces; below 0.2 no tetrahedron turns over).
 mesh::Source hexahedronGrid(std::size_t n, double jitter = 0.0, std::uint64_t seed = 1);
 mesh::Source tetrahedronGrid(std::size_t n, double jitter = 0.0, std::uint64_t seed = 1);
+// The same of columns of hexahedra, of pairs of wedges and of six pyramids around a point within, side by side.
+mesh::Source mixedGrid(std::size_t n, double jitter = 0.0, std::uint64_t seed = 1);
 
 // One cell of a VTK type with the given points; a polyhedron (42) is their convex hull, coplanar points as one polygon.
 mesh::Source oneCell(std::uint8_t type, const std::vector<Vec3>& points);
