@@ -28,6 +28,9 @@ struct HandBack {
   void* self = nullptr;
 };
 
+// Nearness beyond this many times the mesh's is as good as infinite, and still squares within float.
+inline constexpr double nearness_limit = 1e12;
+
 // What a run of cells is painted with. All of it outlives the call.
 struct TileView {
   const Screen* screen = nullptr;

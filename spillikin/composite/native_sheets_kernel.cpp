@@ -248,24 +248,23 @@ HWY_INLINE bool paintedPlain(const TileView& view, Entry entry, const SheetCell&
   return true;
 }
 
-// The planes of a piece; false where one is seen edge-on or there are too many.
-HWY_INLINE bool setBounds(const TileView& view, const TileRays& tile, Entry entry,
+// The planes of a piece.
+HWY_INLINE void setBounds(const TileView& view, const TileRays& tile, Entry entry,
                           std::vector<WholeCell::Bound>& bounds) {
   bounds.clear();
-  if (HWY_LIKELY(!entry.cut())) return true;
-  for (const sort::HalfSpace& keep : view.screen->frame().order.cuts[entry.index()].keep) {
-    if (!setBound(view, tile, keep, bounds.emplace_back())) return false;
-  }
-  return true;
+  if (HWY_LIKELY(!entry.cut())) return;
+  for (const sort::HalfSpace& keep : view.screen->frame().order.cuts[entry.index()].keep)
+    bounds.push_back(boundOf(view, tile, keep));
 }
 
 // One cell's vectors, or nothing where it is handed back.
 HWY_INLINE std::size_t coverOne(const TileView& view, const TileRays& tile, Entry entry, const SheetCell& cell,
                                 const Pixels& pixels, SheetScratch& scratch) {
-  if (HWY_UNLIKELY(cell.care == Care::edge_on || !setBounds(view, tile, entry, scratch.bounds))) {
+  if (HWY_UNLIKELY(cell.care == Care::edge_on)) {
     view.hand_back.take(view.hand_back.self, entry);
     return 0;
   }
+  setBounds(view, tile, entry, scratch.bounds);
   std::uint64_t blocks = cell.block_bits;
   if (entry.cut())
     blocks = cell.folded ? blockBits<true>(cell, scratch.bounds) : blockBits<false>(cell, scratch.bounds);

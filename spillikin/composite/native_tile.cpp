@@ -16,9 +16,6 @@ namespace {
 // Looking for opaque pixels takes as long as a few cells.
 constexpr std::size_t cells_between_looks = 64;
 
-// As near as nearness goes, in units of the mesh's.
-constexpr double nearest = 1e12;
-
 // Fragments that a thread puts in order at a time: 32 MB.
 constexpr std::size_t most_fragments = std::size_t{1} << 19U;
 
@@ -200,7 +197,7 @@ void TilePainter::addRay(std::size_t pixel) {
 void TilePainter::addSpan(std::size_t i, const Span& span) {
   ++stats_.fragments;
   // At the eye itself nearness has no end, nor would a share of it.
-  const double near = std::min(screen_->depths().nearness(span.near), nearest * view_.nearness_scale);
+  const double near = std::min(screen_->depths().nearness(span.near), nearness_limit * view_.nearness_scale);
   const double far = screen_->depths().nearness(span.far);
   const double tolerance = view_.overlap_at + view_.overlap_slope * std::max(near, 0.0);
   if (near > far + solid_share * tolerance) {

@@ -23,9 +23,6 @@ using MD = hn::Mask<DD>;
 using DH = hn::Rebind<float, DD>;  // as many floats as there are doubles
 using DI = hn::Rebind<std::int32_t, DD>;
 
-// Nearness beyond this many times the mesh's is as good as infinite, and still squares within float.
-constexpr double nearness_limit = 1e12;
-
 struct Vec3D {
   VD x, y, z;
 };

@@ -18,6 +18,12 @@ double reach(const Vec3& form) {
   return (std::abs(form.x) + std::abs(form.y)) * tile_size + std::abs(form.z);
 }
 
+// v, kept so far from 0 that a form of this reach divided by it stays within the limit of nearness.
+double awayFromZero(const TileView& view, double v, double reached) {
+  const double least = reached / (nearness_limit * view.nearness_scale) + 1e-300;
+  return v >= 0.0 ? std::max(v, least) : std::min(v, -least);
+}
+
 // Edges by the ids of their ends, in a table with open addresses that a cell never fills.
 class Edges {
  public:
@@ -57,8 +63,7 @@ void setPlanes(const TileView& view, const CellShape::Triangle& t, WholeCell::Tr
   const double level = t.level - (depths.parallel ? t.normal.z * depths.z0 : 0.0);
   const double constant = depths.parallel ? -level : t.normal.z;
   const double pivot = depths.parallel ? t.normal.z : level;
-  const double least = reach({t.normal.x, t.normal.y, constant}) / (1e12 * view.nearness_scale) + 1e-300;
-  const double inverse = 1.0 / (pivot >= 0.0 ? std::max(pivot, least) : std::min(pivot, -least));
+  const double inverse = 1.0 / awayFromZero(view, pivot, reach({t.normal.x, t.normal.y, constant}));
   Vec3 z = Vec3(t.normal.x, t.normal.y, constant) * inverse;
   if (!depths.parallel) z.z -= depths.z0;
   out.nearness = rounded(z);
@@ -87,21 +92,15 @@ TileRays::TileRays(const TileView& view) {
 // A half-space on the ray of a pixel is at + slope * depth >= 0. In perspective the first is constant and the second
 // linear in the pixel, in a parallel view the other way round; either way the plane's nearness is linear. Both pieces
 // at a cut have the same plane, to the bit.
-bool setBound(const TileView& view, const TileRays& rays, const sort::HalfSpace& keep, WholeCell::Bound& out) {
+WholeCell::Bound boundOf(const TileView& view, const TileRays& rays, const sort::HalfSpace& keep) {
   const Depths& depths = view.screen->depths();
   const double at = glm::dot(keep.normal, rays.origin) + keep.offset;
   const double slope = glm::dot(keep.normal, rays.along);
   const Vec3 form(glm::dot(keep.normal, rays.dx), glm::dot(keep.normal, rays.dy), depths.parallel ? at : slope);
   const double pivot = depths.parallel ? slope : -at;
-  // Edge-on as a cell's own faces would be.
-  const double steepest = view.steepest * (view.relative ? view.nearness_scale : 1.0);
-  if (pivot == 0.0 || !((std::abs(form.x) + std::abs(form.y)) * tile_size <= steepest * std::abs(pivot))) return false;
-  Vec3 z = form / pivot;
+  Vec3 z = form / awayFromZero(view, pivot, reach(form));
   z.z += depths.parallel ? depths.z0 : -depths.z0;
-  out.nearness = rounded(z);
-  out.rounding = static_cast<float>(double{float_rounding} * reach(z));
-  out.entry = pivot > 0.0;
-  return true;
+  return {rounded(z), static_cast<float>(double{float_rounding} * reach(z)), pivot >= 0.0};
 }
 
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out) {
@@ -111,11 +110,9 @@ bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, Wh
   out.bound_count = 0;
   if (!shape.keep().empty()) {
     const TileRays rays(view);
-    for (const sort::HalfSpace& keep : shape.keep()) {
-      if (out.bound_count == WholeCell::max_limits || !setBound(view, rays, keep, out.bound[out.bound_count]))
-        return false;
-      ++out.bound_count;
-    }
+    if (shape.keep().size() > WholeCell::max_limits) return false;
+    for (const sort::HalfSpace& keep : shape.keep())
+      out.bound[out.bound_count++] = boundOf(view, rays, keep);
   }
   out.triangle_count = triangles.size();
   out.look = {screen.pieces().data(), std::numeric_limits<std::int32_t>::max(), 0, std::numeric_limits<float>::max(),

@@ -48,8 +48,8 @@ struct WholeCell {
   Care care = Care::full;
 };
 
-// Fills `out` from a shape that has been set for the tile's corner. False when the cell reaches behind the eye, has too
-// many faces or is cut by a plane seen edge-on: it must be painted pixel by pixel.
+// Fills `out` from a shape that has been set for the tile's corner. False when the cell reaches behind the eye or has
+// too many faces or limits: it must be painted pixel by pixel.
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out);
 
 // The rays of a tile as a half-space sees them: origin and direction at the tile's corner, and how they go on from
@@ -60,7 +60,8 @@ struct TileRays {
   explicit TileRays(const TileView& view);
 };
 
-// The plane of a half-space that a piece of a cell is limited to. False where it is seen edge-on.
-bool setBound(const TileView& view, const TileRays& rays, const sort::HalfSpace& keep, WholeCell::Bound& out);
+// The plane of a half-space that a piece of a cell is limited to. One seen edge-on, as those through the eye are, is
+// tilted until nearness on it stays within its limit on the tile, and tells the sides of all rays but the next ones.
+WholeCell::Bound boundOf(const TileView& view, const TileRays& rays, const sort::HalfSpace& keep);
 
 }  // namespace spillikin::composite::native
