@@ -2,8 +2,8 @@
 // on how many rays of a grid over the image two cells come in the wrong order.
 //   spillikin_orders [--sorts A,B,..] [--views N] [--rays N] [--seed N] [--repeat N] [--newell CELLS] [--strict]
 //   MESH...
-// A MESH is a file, a folder of files, or made: grid:N curved:N shell:N tori:N ring:N delaunay:N. With --strict the
-// exit code is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
+// A MESH is a file, a folder of files, or made: grid:N curved:N shell:N tori:N ring:N bar:N delaunay:N. With --strict
+// the exit code is 1 when an order that calls itself exact is wrong on any ray where no cells overlap.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,9 +58,10 @@ mesh::Source made(const std::string& name) {
   if (kind == "shell") return tests::shell(n);
   if (kind == "tori") return tests::interlockedTori(n);
   if (kind == "ring") return tests::twistedRing(n, 0.5);
+  if (kind == "bar") return tests::twistedBar(n, 1.5);
   if (kind == "delaunay") return tests::delaunayCube(n, 1);
   throw Error(fmt::format(
-      "no mesh is called '{}'; the made ones are grid:N, curved:N, shell:N, tori:N, ring:N, delaunay:N", name));
+      "no mesh is called '{}'; the made ones are grid:N, curved:N, shell:N, tori:N, ring:N, bar:N, delaunay:N", name));
 }
 
 mesh::Source load(const std::string& name) {

@@ -653,6 +653,27 @@ TEST(Cycles, TwistedRingsAreCyclicFromEverywhere) {
   }
 }
 
+// A twisted bar along its axis: each of its layers is a cycle, and so is every ring of cells around its middle. A plane
+// through the middle ends them all: pieces are as many as cells that it meets, not as cells.
+TEST(Cycles, LongOnesAroundOneMiddleAreCutTogether) {
+  for (const std::size_t n : {8U, 12U}) {
+    const mesh::Mesh mesh = mesh::build(tests::twistedBar(n, 1.5));
+    const std::size_t layers = 3 * n;
+    const auto sorter = makeSorter(Algorithm::xmpvo, mesh);
+    for (const Viewpoint& v : {Viewpoint(0.03, 0.02, 9.0, 1.0), Viewpoint(0.0, 0.0, 1.0, 0.0)}) {
+      SCOPED_TRACE(testing::Message() << n << " x " << n << " cells, viewpoint " << v.z << ' ' << v.w);
+      Order order;
+      (*sorter)(v, order);
+      EXPECT_TRUE(order.exact);
+      EXPECT_GE(order.cycles.size(), layers);
+      EXPECT_LE(order.cells.size(), mesh.cell_count() + 4 * n * layers);
+      const Tally tally = shootRays(mesh, order, v, 5, 200);
+      EXPECT_GT(tally.pairs, 1000U);
+      EXPECT_EQ(tally.inversions, 0U);
+    }
+  }
+}
+
 TEST(Cycles, ProblemFacesOfTwistedHexahedra) {
   const mesh::Mesh mesh = mesh::build(tests::hexahedronGrid(5, 0.35, 17));
   const auto sorter = makeSorter(Algorithm::automatic, mesh);

@@ -23,20 +23,16 @@ constexpr std::size_t most_failures = 32;  // cycles that a round finds no cut f
 constexpr std::size_t large_component = 2048, most_large_rounds = 256;
 constexpr std::size_t short_reach = 48;    // nodes looked at for a short cycle
 constexpr std::size_t longest_cycle = 16;  // of which all face planes are tried
+// Rounds that may find long cycles alone before a component is split in two, and the share of it that either side is to
+// have at least.
+constexpr std::size_t most_long_rounds = 1, least_share = 8;
+constexpr std::size_t most_planes = 16;  // of which the best is taken for that
 
 Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 double dot(const Vec3& a, const Vec3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-double height(const HalfSpace& half, const Vec3& p) {
-  return dot(half.normal, p) + half.offset;
-}
-
-HalfSpace opposite(const HalfSpace& half) {
-  return {-half.normal, -half.offset};
 }
 
 // Calls f(row of FaceSigns, corners) for the one or two triangles of a face.
@@ -66,23 +62,24 @@ bool CycleCutter::operator()(std::span<const mesh::Id> component, Order& order) 
   pieces_.clear();
   edges_.clear();
   gather(component);
-  findTolerance();
+  polygons_.clear(tolerance());
   cuts_left_ = most_cuts * component.size() + 16;
   large_rounds_ = 0;
   makePieces();
   faceEdges();
   partEdges();
   if (gaps_ != nullptr) gapEdges();
+  on_no_short_cycle_.assign(pieces_.size(), 0);
   Nodes nodes(pieces_.size());
   std::iota(nodes.begin(), nodes.end(), 0U);
   Edges edges(edges_.size());
   for (std::uint32_t e = 0; e < edges.size(); ++e)
     edges[e] = e;
-  return resolve(std::move(nodes), std::move(edges), order);
+  return resolve(std::move(nodes), std::move(edges), 0, order);
 }
 
 // From the extent of the component.
-void CycleCutter::findTolerance() {
+double CycleCutter::tolerance() const {
   Vec3 lower(std::numeric_limits<double>::infinity()), upper(-lower);
   double largest = 0.0;
   for (const auto& [cell, node] : by_cell_) {
@@ -95,7 +92,7 @@ void CycleCutter::findTolerance() {
     }
   }
   constexpr double rounding = 1e-14;  // of coordinates, through a plane's offset
-  tolerance_ = std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
+  return std::max(thin * std::sqrt(dot(upper - lower, upper - lower)), rounding * largest);
 }
 
 // The nodes of each cell together.
@@ -139,9 +136,9 @@ void CycleCutter::makeTetrahedra(const mesh::SubdividedCell& cell) {
       pieces_[beyond].keep.push_back(half);
       pieces_[behind].keep.push_back(opposite(half));
     }
-    Polygon polygon{a, b, c};
-    if (s != 0 && seen(polygon, viewpoint_, tolerance_)) {
-      edges_.push_back({s > 0 ? behind : beyond, s > 0 ? beyond : behind, std::move(polygon), {}});
+    const Polygon polygon = polygons_.add(std::array{a, b, c});
+    if (s != 0 && isSeen(polygon)) {
+      edges_.push_back({s > 0 ? behind : beyond, s > 0 ? beyond : behind, polygon, {}});
     }
   }
   for (std::size_t t = 0; t < cell.tetrahedra.size(); ++t)
@@ -168,7 +165,7 @@ void CycleCutter::keepInside(const mesh::SubdividedCell& cell, std::size_t tetra
 
 // Calls f(piece, polygon) for the pieces of cell i that a triangle of its surface bounds, and what of it does.
 template <class F>
-void CycleCutter::forEachPieceAt(std::uint32_t i, const Half& half, const Polygon& polygon, const F& f) const {
+void CycleCutter::forEachPieceAt(std::uint32_t i, const Half& half, Polygon polygon, const F& f) {
   const std::uint32_t first = first_piece_[i], last = first_piece_[i + 1];
   if (pieces_[first].node == mesh::none) {
     f(first + problems_[cells_[i]].outer[triangleOf(cells_[i], half)], polygon);
@@ -182,14 +179,14 @@ void CycleCutter::forEachPieceAt(std::uint32_t i, const Half& half, const Polygo
 
 // What of a triangle of its cell bounds a part of it: of a problem face S lies on the viewpoint's side, and the cell
 // beyond T.
-CycleCutter::Polygon CycleCutter::bounding(const Piece& piece, const Half& half, Polygon polygon) const {
+CycleCutter::Polygon CycleCutter::bounding(const Piece& piece, const Half& half, Polygon polygon) {
   if (parted_ == nullptr) return polygon;
   for (const PartedCells::Sliver& sliver : parted_->slivers(piece.cell)) {
     const bool near = parted_->node(sliver) == piece.node;
     if (sliver.face == half.face) {
       if ((sliver.second == half.second) == near) return {};
-    } else if (side(polygon, sliver.near) != 2) {
-      polygon = clip(polygon, near ? sliver.near : opposite(sliver.near));
+    } else if (polygons_.side(polygon, sliver.near) != 2) {
+      polygon = polygons_.clip(polygon, near ? sliver.near : opposite(sliver.near));
     }
     if (near || polygon.empty()) break;
   }
@@ -213,10 +210,11 @@ void CycleCutter::addHalf(std::uint32_t i, std::uint32_t j, const Half& half, st
                           const std::array<mesh::Id, 3>& corner) {
   const int s = signs_.sign(row);
   if (s == 0) return;
-  const Polygon triangle{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]};
-  forEachPieceAt(i, half, triangle, [&](std::uint32_t inside, const Polygon& part) {
-    forEachPieceAt(j, half, part, [&](std::uint32_t outside, const Polygon& polygon) {
-      if (!seen(polygon, viewpoint_, tolerance_)) return;
+  const Polygon triangle =
+      polygons_.add(std::array{mesh_.points[corner[0]], mesh_.points[corner[1]], mesh_.points[corner[2]]});
+  forEachPieceAt(i, half, triangle, [&](std::uint32_t inside, Polygon part) {
+    forEachPieceAt(j, half, part, [&](std::uint32_t outside, Polygon polygon) {
+      if (!isSeen(polygon)) return;
       edges_.push_back({s > 0 ? inside : outside, s > 0 ? outside : inside, polygon, {}});
     });
   });
@@ -253,8 +251,8 @@ void CycleCutter::partEdges() {
         both.keep.pop_back();
         for (std::size_t k = plane + 1; k < pieces_[far].keep.size(); ++k)
           both.keep.push_back(pieces_[far].keep[k]);
-        for (const Polygon& polygon : section(both, pieces_[near].keep.back())) {
-          if (seen(polygon, viewpoint_, tolerance_)) edges_.push_back({far, near, polygon, {}});
+        for (const Polygon polygon : section(both, pieces_[near].keep.back())) {
+          if (isSeen(polygon)) edges_.push_back({far, near, polygon, {}});
         }
       }
     }
@@ -285,13 +283,14 @@ void CycleCutter::gapsBetween(std::uint32_t i, std::uint32_t j) {
     for (const std::uint32_t entry : finder.trianglesOf(cells_[i])) {
       if (finder.sign(entry) <= 0 || !finder.related(exit, entry, viewpoint_)) continue;
       const Triangle a = finder.tree().corners(exit), b = finder.tree().corners(entry);
-      if (!seenTogether(a, b, viewpoint_, tolerance_)) continue;
-      forEachPieceAt(j, half(exit), {a.begin(), a.end()}, [&](std::uint32_t front, const Polygon& left) {
-        forEachPieceAt(i, half(entry), {b.begin(), b.end()}, [&](std::uint32_t behind, const Polygon& entered) {
+      if (!seenTogether(a, b, viewpoint_, polygons_.tolerance())) continue;
+      const Polygon exits = polygons_.add(a), entries = polygons_.add(b);
+      forEachPieceAt(j, half(exit), exits, [&](std::uint32_t front, Polygon left) {
+        forEachPieceAt(i, half(entry), entries, [&](std::uint32_t behind, Polygon entered) {
           Edge edge{behind, front, left, entered};
           if (edge.from == edge.to) return;
           narrow(edge);
-          if (!edge.exit.empty()) edges_.push_back(std::move(edge));
+          if (!edge.exit.empty()) edges_.push_back(edge);
         });
       });
     }
@@ -299,24 +298,25 @@ void CycleCutter::gapsBetween(std::uint32_t i, std::uint32_t j) {
 }
 
 // Leaves of both windows what one is seen of through the other; empties the exit where that is nothing.
-void CycleCutter::narrow(Edge& edge) const {
+void CycleCutter::narrow(Edge& edge) {
   const Polygon exit = edge.exit, entry = edge.entry;
-  const auto within = [&](Polygon polygon, const Polygon& window) {
+  const auto within = [&](Polygon polygon, Polygon window) {
     std::vector<Plane> planes;
     eyePlanes(window, planes);
     for (const Plane& plane : planes) {
-      const int s = side(window, plane.half);
+      const int s = polygons_.side(window, plane.half);
       if (polygon.empty() || (s != 1 && s != -1)) continue;
-      polygon = clip(polygon, s > 0 ? plane.half : opposite(plane.half));
+      polygon = polygons_.clip(polygon, s > 0 ? plane.half : opposite(plane.half));
     }
     return polygon;
   };
   edge.exit = within(exit, entry);
   edge.entry = within(entry, exit);
-  if (edge.exit.empty() || edge.entry.empty()) edge.exit.clear();
+  if (edge.exit.empty() || edge.entry.empty()) edge.exit = {};
 }
 
-bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
+// `long_rounds` are those that found long cycles alone since the component lost a good part of itself.
+bool CycleCutter::resolve(Nodes nodes, Edges edges, std::size_t long_rounds, Order& order) {
   bool right = true;
   for (;;) {
     indexNodes(nodes, edges);
@@ -330,7 +330,7 @@ bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
       return false;
     }
     if (components.size() == 1 && nodes.size() > 1) {
-      right = cutSome(nodes, edges) && right;
+      right = cutSome(nodes, edges, long_rounds) && right;
       continue;
     }
     std::vector<std::uint32_t> component_of(nodes.size());
@@ -351,7 +351,8 @@ bool CycleCutter::resolve(Nodes nodes, Edges edges, Order& order) {
       Nodes part;
       for (const std::uint32_t i : components[c])
         part.push_back(nodes[i]);
-      right = resolve(std::move(part), std::move(inside[c]), order) && right;
+      const bool most = least_share * (nodes.size() - part.size()) < nodes.size();
+      right = resolve(std::move(part), std::move(inside[c]), most ? long_rounds : 0, order) && right;
     }
     return right;
   }
@@ -373,7 +374,7 @@ void CycleCutter::indexNodes(const Nodes& nodes, const Edges& edges) {
 
 // One round: cuts pieces of many short cycles that have no neighbour in common. Where none can be cut it gives up a
 // relation of each of these cycles and returns false.
-bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
+bool CycleCutter::cutSome(Nodes& nodes, Edges& edges, std::size_t& long_rounds) {
   const auto count = static_cast<std::uint32_t>(nodes.size());
   std::uint32_t step = std::max(1U, count / most_roots);
   std::vector<std::uint8_t> blocked(count, 0);
@@ -385,13 +386,17 @@ bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
   for (std::uint32_t root = 0; uncut.size() < most_failures; root += step) {
     if (root >= count) {
       if (any || !uncut.empty() || reach >= count) break;
+      if (++long_rounds > most_long_rounds && splitInTwo(nodes, edges)) return true;
       reach = count;
       step = std::max(1U, count / most_long);
       root = 0;
     }
-    if (blocked[root] != 0) continue;
+    if (blocked[root] != 0 || (reach < count && on_no_short_cycle_[nodes[root]] != 0)) continue;
     Edges cycle = shortestCycle(nodes, root, reach);
-    if (cycle.empty()) continue;
+    if (cycle.empty()) {
+      on_no_short_cycle_[nodes[root]] = 1;
+      continue;
+    }
     if (std::any_of(cycle.begin(), cycle.end(),
                     [&](std::uint32_t e) { return blocked[local_[edges_[e].from]] != 0; })) {
       if (reach > short_reach && ++in_the_way >= most_in_the_way) break;
@@ -418,9 +423,97 @@ bool CycleCutter::cutSome(Nodes& nodes, Edges& edges) {
     for (const Edges& cycle : uncut)
       dropLeast(cycle);
   }
+  dropEmpty(edges);
+  return any;
+}
+
+void CycleCutter::dropEmpty(Edges& edges) const {
   edges.erase(std::remove_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edges_[e].exit.empty(); }),
               edges.end());
-  return any;
+}
+
+// On which sides of the plane the relations of each node in hand are seen: bit 0 on the positive, bit 1 on the negative
+// one.
+void CycleCutter::findSides(const HalfSpace& half, const Edges& edges, std::vector<std::uint8_t>& sides) const {
+  constexpr std::array<std::uint8_t, 4> bits{2, 3, 1, 0};  // of side() -1, 0, 1 and 2
+  std::fill(sides.begin(), sides.end(), std::uint8_t{0});
+  for (const std::uint32_t e : edges) {
+    const Edge& edge = edges_[e];
+    const std::uint8_t exit = bits[static_cast<std::size_t>(polygons_.side(edge.exit, half) + 1)];
+    sides[local_[edge.to]] |= exit;
+    sides[local_[edge.from]] |=
+        edge.entry.empty() ? exit : bits[static_cast<std::size_t>(polygons_.side(edge.entry, half) + 1)];
+  }
+}
+
+// Cuts all pieces in the way of a plane through the viewpoint and an edge of a long cycle: the one that cuts the fewest
+// for what it leaves on the smaller side. False, and nothing cut, where no plane leaves enough on both.
+bool CycleCutter::splitInTwo(Nodes& nodes, Edges& edges) {
+  const Edges cycle = shortestCycle(nodes, 0, nodes.size());
+  std::vector<Plane> planes;
+  for (const std::uint32_t e : cycle)
+    eyePlanes(edges_[e].exit, planes);
+  const std::size_t step = std::max<std::size_t>(1, planes.size() / most_planes);
+  Nodes best;
+  HalfSpace best_half{};
+  double best_cost = std::numeric_limits<double>::infinity();
+  std::vector<std::uint8_t> sides(nodes.size());
+  for (std::size_t p = 0; p < planes.size(); p += step) {
+    const HalfSpace& half = planes[p].half;
+    findSides(half, edges, sides);
+    std::array<std::size_t, 4> count{};
+    Nodes crossed;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      ++count[sides[i]];
+      if (sides[i] == 3) crossed.push_back(nodes[i]);
+    }
+    const std::size_t smaller = std::min(count[1], count[2]) + crossed.size();
+    if (least_share * smaller < nodes.size() || crossed.size() > cuts_left_) continue;
+    const double cost = static_cast<double>(crossed.size()) / static_cast<double>(smaller);
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best = std::move(crossed);
+    best_half = half;
+  }
+  if (best.empty()) return false;
+  cuts_left_ -= best.size();
+  splitBy(best_half, best, nodes, edges);
+  return true;
+}
+
+// Of a plane that no ray crosses: no relation leads from one side to the other.
+void CycleCutter::splitBy(const HalfSpace& half, const Nodes& crossed, Nodes& nodes, Edges& edges) {
+  std::vector<std::uint32_t> beyond(pieces_.size());
+  std::iota(beyond.begin(), beyond.end(), 0U);
+  for (const std::uint32_t piece : crossed) {
+    beyond[piece] = static_cast<std::uint32_t>(pieces_.size());
+    nodes.push_back(beyond[piece]);
+    addPart(piece, half);
+  }
+  const auto part = [&](const Edge& edge, const HalfSpace& side) {
+    Edge of_it{edge.from, edge.to, polygons_.clip(edge.exit, side), polygons_.clip(edge.entry, side)};
+    const Polygon other = edge.entry.empty() ? of_it.exit : of_it.entry;
+    if (of_it.exit.empty() || other.empty() || !areSeenTogether(of_it.exit, other)) of_it.exit = {};
+    return of_it;
+  };
+  for (std::size_t k = 0, count = edges.size(); k < count; ++k) {
+    Edge far = part(edges_[edges[k]], opposite(half));
+    edges_[edges[k]] = part(edges_[edges[k]], half);
+    if (far.exit.empty()) continue;
+    far.from = beyond[far.from];
+    far.to = beyond[far.to];
+    edges.push_back(static_cast<std::uint32_t>(edges_.size()));
+    edges_.push_back(far);
+  }
+  dropEmpty(edges);
+}
+
+// Leaves of a piece what lies on the positive side of the plane, and adds the rest as a new one.
+void CycleCutter::addPart(std::uint32_t piece, const HalfSpace& half) {
+  pieces_.push_back(pieces_[piece]);
+  on_no_short_cycle_.push_back(on_no_short_cycle_[piece]);
+  pieces_[piece].keep.push_back(half);
+  pieces_.back().keep.push_back(opposite(half));
 }
 
 // The plane of a face of the cycle, or else one through the viewpoint.
@@ -445,7 +538,7 @@ void CycleCutter::dropLeast(const Edges& cycle) {
   std::uint32_t least = cycle.front();
   double least_size = std::numeric_limits<double>::infinity();
   for (const std::uint32_t e : cycle) {
-    const Polygon& p = edges_[e].exit;
+    const std::span<const Vec3> p = polygons_[edges_[e].exit];
     Vec3 area(0.0);
     for (std::size_t k = 2; k < p.size(); ++k)
       area += cross(p[k - 1] - p[0], p[k] - p[0]);
@@ -456,7 +549,7 @@ void CycleCutter::dropLeast(const Edges& cycle) {
       least = e;
     }
   }
-  edges_[least].exit.clear();
+  edges_[least].exit = {};
 }
 
 // Breadth first from a node over at most `reach` nodes: the edges of a shortest way back to it, in their direction, or
@@ -502,63 +595,52 @@ void CycleCutter::facePlanes(mesh::Id cell, std::vector<Plane>& out) const {
   }
 }
 
-void CycleCutter::eyePlanes(const Polygon& polygon, std::vector<Plane>& out) const {
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
+void CycleCutter::eyePlanes(Polygon polygon, std::vector<Plane>& out) const {
+  const std::span<const Vec3> corners = polygons_[polygon];
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 &p = corners[k], &q = corners[(k + 1) % corners.size()];
     const Vec3 n = cross(q - p, viewpoint_.w == 0.0 ? Vec3(viewpoint_) : Vec3(viewpoint_) - p);
     const double length = std::sqrt(dot(n, n));
     if (length > 0.0) out.push_back({{n / length, -dot(n / length, p)}, 0});
   }
 }
 
-// 1 or -1 where the polygon lies on that side alone, 0 where on both; 2 where it lies in the plane.
-int CycleCutter::side(const Polygon& polygon, const HalfSpace& half) const {
-  bool above = false, below = false;
-  for (const Vec3& p : polygon) {
-    const double h = height(half, p);
-    above = above || h > tolerance_;
-    below = below || h < -tolerance_;
-  }
-  return above && below ? 0 : above ? 1 : below ? -1 : 2;
-}
-
 CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const std::vector<Plane>& planes) const {
   Choice best;
-  std::vector<const Polygon*> behind, before;
+  std::vector<Polygon> behind, before;
   for (std::size_t i = 0; i < cycle.size(); ++i) {
     const Edge& in = edges_[cycle[i]];
     const Edge& out = edges_[cycle[(i + 1) % cycle.size()]];
     const std::uint32_t piece = in.to;
-    const Polygon& in_part = in.exit;
-    const Polygon& out_part = out.entry.empty() ? out.exit : out.entry;
+    const Polygon in_part = in.exit, out_part = out.entry.empty() ? out.exit : out.entry;
     behind.clear();
     before.clear();
     for (const std::uint32_t e : incident_[local_[piece]]) {
       const Edge& edge = edges_[e];
-      if (edge.to == piece) behind.push_back(&edge.exit);
-      if (edge.from == piece) before.push_back(edge.entry.empty() ? &edge.exit : &edge.entry);
+      if (edge.to == piece) behind.push_back(edge.exit);
+      if (edge.from == piece) before.push_back(edge.entry.empty() ? edge.exit : edge.entry);
     }
     for (const Plane& plane : planes) {
       // What lies behind the piece must be on the viewpoint's side.
-      const int in_side = side(in_part, plane.half), out_side = side(out_part, plane.half);
+      const int in_side = polygons_.side(in_part, plane.half), out_side = polygons_.side(out_part, plane.half);
       const int near = plane.viewer != 0 ? plane.viewer : in_side;
       const bool in_ok = in_side == near, out_ok = out_side == -near;
       const bool straddles = (in_ok && out_ok) || (in_ok && out_side == 2) || (out_ok && in_side == 2);
       if (!straddles || near == 0 || near == 2) continue;
       std::size_t crossed = 0;
       bool has_near = false, has_far = false;
-      for (const Polygon* p : behind) {
-        const int s = side(*p, plane.half);
+      for (const Polygon p : behind) {
+        const int s = polygons_.side(p, plane.half);
         crossed += s == -near || s == 0 ? 1U : 0U;
       }
-      for (const Polygon* p : before) {
-        const int s = side(*p, plane.half);
+      for (const Polygon p : before) {
+        const int s = polygons_.side(p, plane.half);
         crossed += s == near || s == 0 ? 1U : 0U;
       }
       for (const mesh::Id v : mesh_.vertices(pieces_[piece].cell)) {
         const double h = height(plane.half, mesh_.points[v]) * near;
-        has_near = has_near || h > tolerance_;
-        has_far = has_far || h < -tolerance_;
+        has_near = has_near || h > polygons_.tolerance();
+        has_far = has_far || h < -polygons_.tolerance();
       }
       if (!has_near || !has_far) continue;
       if (!best.found || crossed < best.crossed) best = {piece, plane, crossed, true};
@@ -568,43 +650,36 @@ CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const std::vector
   return best;
 }
 
-// Sutherland and Hodgman; corners within the tolerance of the plane count as on it.
-CycleCutter::Polygon CycleCutter::clip(const Polygon& polygon, const HalfSpace& half) const {
-  Polygon out;
-  bool inside = false;
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 &p = polygon[k], &q = polygon[(k + 1) % polygon.size()];
-    const double hp = height(half, p), hq = height(half, q);
-    inside = inside || hp > tolerance_;
-    if (hp >= -tolerance_) out.push_back(p);
-    if ((hp > tolerance_ && hq < -tolerance_) || (hp < -tolerance_ && hq > tolerance_)) {
-      out.push_back(p + (q - p) * (hp / (hp - hq)));
-    }
-  }
-  if (!inside || out.size() < 3) out.clear();
-  return out;
+bool CycleCutter::isSeen(Polygon polygon) const {
+  return seen(polygons_[polygon], viewpoint_, polygons_.tolerance());
+}
+bool CycleCutter::areSeenTogether(Polygon a, Polygon b) const {
+  return seenTogether(polygons_[a], polygons_[b], viewpoint_, polygons_.tolerance());
 }
 
 // The cell in its tetrahedra, each cut by the plane: the corners in which its edges meet it, in convex order.
-std::vector<CycleCutter::Polygon> CycleCutter::section(const Piece& piece, const HalfSpace& half) const {
+std::vector<CycleCutter::Polygon> CycleCutter::section(const Piece& piece, const HalfSpace& half) {
   std::vector<mesh::Tetrahedron> tetrahedra;
   mesh::tetrahedra(mesh_, piece.cell, tetrahedra);
   std::vector<Polygon> sections;
   for (const auto& t : tetrahedra) {
-    Polygon above, below, polygon;
-    for (const mesh::Id v : t)
-      (height(half, mesh_.points[v]) > 0.0 ? above : below).push_back(mesh_.points[v]);
-    for (const Vec3& p : above) {
-      for (const Vec3& q : below) {
+    std::array<Vec3, 4> corner{};
+    std::size_t count = 0;
+    const auto above = [&](mesh::Id v) { return height(half, mesh_.points[v]) > 0.0; };
+    for (const mesh::Id u : t) {
+      for (const mesh::Id v : t) {
+        if (!above(u) || above(v)) continue;
+        const Vec3 &p = mesh_.points[u], &q = mesh_.points[v];
         const double hp = height(half, p), hq = height(half, q);
-        polygon.push_back(p + (q - p) * (hp / (hp - hq)));
+        corner[count++] = p + (q - p) * (hp / (hp - hq));
       }
     }
-    if (polygon.size() == 4) std::swap(polygon[2], polygon[3]);
-    for (const HalfSpace& keep : piece.keep) {
-      if (!polygon.empty()) polygon = clip(polygon, keep);
-    }
-    if (polygon.size() >= 3) sections.push_back(std::move(polygon));
+    if (count < 3) continue;
+    if (count == 4) std::swap(corner[2], corner[3]);
+    Polygon polygon = polygons_.add(std::span(corner).first(count));
+    for (const HalfSpace& keep : piece.keep)
+      polygon = polygons_.clip(polygon, keep);
+    if (!polygon.empty()) sections.push_back(polygon);
   }
   return sections;
 }
@@ -616,9 +691,7 @@ void CycleCutter::cut(const Choice& choice, const Edges& at_piece, Nodes& nodes,
   const HalfSpace near_half = above ? choice.plane.half : opposite(choice.plane.half);
   const HalfSpace far_half = opposite(near_half);
   const std::vector<Polygon> sections = section(pieces_[near], near_half);
-  pieces_.push_back(pieces_[near]);
-  pieces_[near].keep.push_back(near_half);
-  pieces_[far].keep.push_back(far_half);
+  addPart(near, near_half);
   nodes.push_back(far);
   for (const std::uint32_t e : at_piece) {
     const Edge edge = edges_[e];
@@ -629,16 +702,16 @@ void CycleCutter::cut(const Choice& choice, const Edges& at_piece, Nodes& nodes,
       Polygon& polygon = uses_entry ? halves[h].entry : halves[h].exit;
       // A face in the plane of the cut bounds the half that lies on its own side: it is the far boundary of the cell
       // that comes after and the near one of the cell that comes before.
-      if (side(polygon, near_half) == 2) {
-        if ((edge.to == near) != (h == 0)) polygon.clear();
+      if (polygons_.side(polygon, near_half) == 2) {
+        if ((edge.to == near) != (h == 0)) polygon = {};
       } else {
-        polygon = clip(polygon, h == 0 ? near_half : far_half);
+        polygon = polygons_.clip(polygon, h == 0 ? near_half : far_half);
       }
       if (h == 1) (edge.from == near ? halves[h].from : halves[h].to) = far;
-      const Polygon& other = halves[h].entry.empty() ? halves[h].exit : halves[h].entry;
-      const bool gone = polygon.empty() || !seenTogether(halves[h].exit, other, viewpoint_, tolerance_);
+      const Polygon other = halves[h].entry.empty() ? halves[h].exit : halves[h].entry;
+      const bool gone = polygon.empty() || !areSeenTogether(halves[h].exit, other);
       if (gone) {
-        halves[h].exit.clear();
+        halves[h].exit = {};
       } else if (!edge.entry.empty()) {
         narrow(halves[h]);
       }
@@ -650,8 +723,8 @@ void CycleCutter::cut(const Choice& choice, const Edges& at_piece, Nodes& nodes,
     }
   }
   if (choice.plane.viewer == 0) return;
-  for (const Polygon& polygon : sections) {
-    if (!seen(polygon, viewpoint_, tolerance_)) continue;
+  for (const Polygon polygon : sections) {
+    if (!isSeen(polygon)) continue;
     edges.push_back(static_cast<std::uint32_t>(edges_.size()));
     edges_.push_back({far, near, polygon, {}});
   }
