@@ -66,7 +66,7 @@ TEST(CompositeNativePieces, EveryRayThatMeetsAPieceLiesInItsBox) {
       for (std::size_t i = 0; i < boxes.size(); ++i) {
         const sort::Cut cut = order.cuts[i];
         const PixelBox& box = boxes[i];
-        shape.set(screen, order.cells[cut.entry], cut.keep, 0, 0);
+        shape.set(screen, order.cells[cut.entry], cut.keep, {0, 0, view.width, view.height});
         for (int y = 0; y < view.height; ++y) {
           for (int x = 0; x < view.width; ++x) {
             shape.spans(x + 0.5, y + 0.5, spans);

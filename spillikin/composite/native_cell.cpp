@@ -88,19 +88,37 @@ Box pixelBox(const Screen& screen, std::span<const mesh::Id> vertices, const Box
           pastCentre(extent.x1, window.x0, window.x1), pastCentre(extent.y1, window.y0, window.y1)};
 }
 
-void CellShape::set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, int x0, int y0) {
+namespace {
+
+// Whether a triangle may cover a pixel centre of the window: told by the box of its corners' places, of which float
+// keeps far more than the margin.
+bool mayCover(const Screen& screen, const std::array<mesh::Id, 3>& corner, const Box& window) {
+  constexpr float margin = 0.01F;
+  const Place *a = screen.places() + corner[0], *b = screen.places() + corner[1], *c = screen.places() + corner[2];
+  if (a->x == not_a_place || b->x == not_a_place || c->x == not_a_place) return true;
+  const auto apart = [&](float u, float v, float w, int begin, int end) {
+    return std::max({u, v, w}) < static_cast<float>(begin) - margin ||
+           std::min({u, v, w}) > static_cast<float>(end) + margin;
+  };
+  return !apart(a->x, b->x, c->x, window.x0, window.x1) && !apart(a->y, b->y, c->y, window.y0, window.y1);
+}
+
+}  // namespace
+
+void CellShape::set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, const Box& window) {
   screen_ = &screen;
   cell_ = cell;
   keep_ = keep;
-  x0_ = x0;
-  y0_ = y0;
+  x0_ = window.x0;
+  y0_ = window.y0;
   const mesh::Field& field = screen.frame().field;
   constant_ = field.association == mesh::Association::cells;
   cell_value_ = constant_ ? field.values[cell] : 0.0;
   mesh::surface(screen.mesh(), cell, surface_);
   triangles_.clear();
-  for (const std::array<mesh::Id, 3>& corner : surface_.triangles)
-    addTriangle(corner);
+  for (const std::array<mesh::Id, 3>& corner : surface_.triangles) {
+    if (mayCover(screen, corner, window)) addTriangle(corner);
+  }
   const auto vertices = screen.mesh().vertices(cell);
   corners_.assign(vertices.begin(), vertices.end());
 }

@@ -26,9 +26,9 @@ struct Box {
 // Prepared for one cell, asked for many rays. Reused, it stops allocating.
 class CellShape {
  public:
-  // `keep`: half-spaces that the piece of the cell is limited to, which must last. Coordinates are taken relative to
-  // the pixel corner (x0, y0), which should be near the rays asked for. Cost: linear in the cell's faces.
-  void set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, int x0, int y0);
+  // For the rays of the window's pixels, relative to whose corner coordinates are taken. `keep`: half-spaces that the
+  // piece of the cell is limited to, which must last. Cost: linear in the cell's faces.
+  void set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, const Box& window);
 
   // The pixels of `window` whose centres the cell may cover.
   Box pixels(const Box& window) const;
@@ -37,7 +37,7 @@ class CellShape {
   // eye and the clip planes; `out` is overwritten. Depths on a triangle are the same to the bit from both its cells.
   void spans(double x, double y, std::vector<Span>& out);
 
-  // A boundary triangle, its corners in the order of their ids.
+  // A boundary triangle that such rays may meet, its corners in the order of their ids.
   struct Triangle {
     std::array<mesh::Id, 3> id{};
     std::array<Vec3, 3> edge;       // the forms e_ab, e_bc, e_ca of (x, y, 1)

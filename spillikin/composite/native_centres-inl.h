@@ -39,6 +39,16 @@ HWY_INLINE auto centresY(const At& first) {
   }
 }
 
+// A bit for each block of the box.
+inline std::uint64_t boxBits(const Box& blocks) {
+  if (blocks.empty()) return 0;
+  const std::uint64_t row = ((std::uint64_t{1} << (blocks.x1 - blocks.x0)) - 1) << blocks.x0;
+  std::uint64_t bits = 0;
+  for (int y = blocks.y0; y < blocks.y1; ++y)
+    bits |= row << (block_columns * y);
+  return bits;
+}
+
 // Calls f with the first pixels of the vectors of blocks, a bit each: of two blocks at a time, and of the last of an
 // odd number alone.
 template <class F>

@@ -185,16 +185,6 @@ struct FaceCorners {
   }
 };
 
-// A bit for each block of the box.
-inline std::uint64_t boxBits(const Box& blocks) {
-  if (blocks.empty()) return 0;
-  const std::uint64_t row = ((std::uint64_t{1} << (blocks.x1 - blocks.x0)) - 1) << blocks.x0;
-  std::uint64_t bits = 0;
-  for (int y = blocks.y0; y < blocks.y1; ++y)
-    bits |= row << (block_columns * y);
-  return bits;
-}
-
 HWY_INLINE unsigned laneBits(MD mask) {
   std::uint8_t bits[8] = {};
   hn::StoreMaskBits(DD(), mask, bits);

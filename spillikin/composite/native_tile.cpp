@@ -150,7 +150,7 @@ mesh::Id TilePainter::cellOf(Entry entry) const {
 void TilePainter::setShape(Entry entry) {
   std::span<const sort::HalfSpace> keep;
   if (entry.cut()) keep = screen_->frame().order.cuts[entry.index()].keep;
-  shape_.set(*screen_, cellOf(entry), keep, window_.x0, window_.y0);
+  shape_.set(*screen_, cellOf(entry), keep, window_);
 }
 
 integrate::Radiance TilePainter::radiance(std::size_t pixel, const Span& span) const {
@@ -162,7 +162,7 @@ integrate::Radiance TilePainter::radiance(std::size_t pixel, const Span& span) c
 void TilePainter::addCell(Entry entry) {
   setShape(entry);
   const Box box = shape_.pixels(window_);
-  if (box.empty()) return;
+  if (box.empty() || shape_.triangles().empty()) return;
   // Of tetrahedra, peaks come here where float does not place them.
   const bool lost = view_.peaks && screen_->mesh().tetrahedral();
   if (!lost && flatten(view_, shape_, box, whole_)) {
@@ -299,6 +299,7 @@ void TilePainter::collectCell(Entry entry) {
     return;
   }
   setShape(entry);
+  if (shape_.triangles().empty()) return;
   if (flatten(view_, shape_, box, whole_)) {
     scratch_.left_over.clear();
     collectWhole(view_, whole_, wanted_, pixels_, scratch_, fragments_);

@@ -48,8 +48,8 @@ struct WholeCell {
   Care care = Care::full;
 };
 
-// Fills `out` from a shape that has been set for the tile's corner. False when the cell reaches behind the eye or has
-// too many faces or limits: it must be painted pixel by pixel.
+// Fills `out` from a shape of some triangles that has been set for the tile. False when the cell reaches behind the eye
+// or has too many faces or limits: it must be painted pixel by pixel.
 bool flatten(const TileView& view, const CellShape& shape, const Box& pixels, WholeCell& out);
 
 // The rays of a tile as a half-space sees them: origin and direction at the tile's corner, and how they go on from

@@ -60,6 +60,49 @@ HWY_INLINE Segment between(const TileView& view, VF& near, VF& far, VF front, VF
   return {hn::Sub(mean, hn::Set(d, anchor)), half_change, length};
 }
 
+// The triangles that the rays of each block of the tile may meet, a bit each: those that have pixels, or the lines
+// through them, on the sides of all three edges. A block inside of a large cell meets two of its many triangles.
+class BlockTriangles {
+ public:
+  HWY_INLINE explicit BlockTriangles(const WholeCell& cell) {
+    static_assert(WholeCell::max_triangles <= 64 && tile_blocks == 64);
+    std::uint64_t below[WholeCell::max_edges], above[WholeCell::max_edges];
+    for (std::size_t e = 0; e < cell.edge_count; ++e)
+      findSides(cell, cell.edge[e], below[e], above[e]);
+    const std::uint64_t box = boxBits(cell.blocks);
+    for (std::uint64_t blocks = box; blocks != 0; blocks &= blocks - 1)
+      of_block_[std::countr_zero(blocks)] = 0;
+    for (std::size_t k = 0; k < cell.triangle_count; ++k) {
+      const WholeCell::Triangle& t = cell.triangle[k];
+      const std::uint64_t negative = below[t.ab] & below[t.bc] & above[t.ac];
+      const std::uint64_t positive = above[t.ab] & above[t.bc] & below[t.ac];
+      for (std::uint64_t blocks = (negative | positive) & box; blocks != 0; blocks &= blocks - 1)
+        of_block_[std::countr_zero(blocks)] |= std::uint64_t{1} << k;
+    }
+  }
+
+  std::uint64_t operator()(std::size_t first) const { return of_block_[first / block_pixels]; }
+
+ private:
+  // The blocks with pixels below a line and with such above it, near it counting as both.
+  static HWY_INLINE void findSides(const WholeCell& cell, const WholeCell::Form& line, std::uint64_t& below,
+                                   std::uint64_t& above) {
+    const DF d;
+    const VF reach = hn::Set(d, block_reach * (std::abs(line[0]) + std::abs(line[1])) + 4.0F * WholeCell::unsure);
+    const std::size_t lanes = hn::Lanes(d);
+    below = above = 0;
+    const auto first = static_cast<std::size_t>(cell.blocks.y0) * block_columns;
+    for (std::size_t b = first / lanes * lanes; b < static_cast<std::size_t>(cell.blocks.y1) * block_columns;
+         b += lanes) {
+      const VF at = form(line, hn::Load(d, block_middles.x + b), hn::Load(d, block_middles.y + b));
+      below |= std::uint64_t{maskBits(hn::Lt(at, reach))} << b;
+      above |= std::uint64_t{maskBits(hn::Gt(at, hn::Neg(reach)))} << b;
+    }
+  }
+
+  std::uint64_t of_block_[tile_blocks];  // of those in the cell's box
+};
+
 // One vector of rays through a whole cell: every boundary triangle that a ray meets is an entry or an exit.
 struct Crossings {
   VF near, far, front, back;
@@ -67,22 +110,19 @@ struct Crossings {
 };
 
 template <bool Parallel>
-HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
+HWY_INLINE Crossings crossings(const WholeCell& cell, std::uint64_t triangles, VF x, VF y, VF z0) {
   const DF d;
-  hn::Mask<DF> side[WholeCell::max_edges];
-  VF closest = hn::Set(d, 1.0F);
-  for (std::size_t e = 0; e < cell.edge_count; ++e) {
-    const VF at = form(cell.edge[e], x, y);
-    side[e] = hn::Lt(at, hn::Zero(d));
-    closest = hn::Min(closest, hn::Abs(at));
-  }
   const auto nothing = hn::MaskFromVec(hn::Zero(d));
-  // Too near a line to tell the side in float.
-  const auto unsure = hn::Le(closest, hn::Set(d, WholeCell::unsure));
-  Crossings c{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), nothing, nothing, unsure};
-  for (std::size_t k = 0; k < cell.triangle_count; ++k) {
-    const WholeCell::Triangle& t = cell.triangle[k];
-    const auto ab = side[t.ab], bc = side[t.bc], ac = side[t.ac];
+  Crossings c{hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), nothing, nothing, nothing};
+  VF closest = hn::Set(d, 1.0F);
+  for (; triangles != 0; triangles &= triangles - 1) {
+    const WholeCell::Triangle& t = cell.triangle[static_cast<std::size_t>(std::countr_zero(triangles))];
+    const auto below = [&](std::size_t e) HWY_ATTR {
+      const VF at = form(cell.edge[e], x, y);
+      closest = hn::Min(closest, hn::Abs(at));
+      return hn::Lt(at, hn::Zero(d));
+    };
+    const auto ab = below(t.ab), bc = below(t.bc), ac = below(t.ac);
     const auto negative = hn::And(hn::And(ab, bc), hn::Not(ac));
     const auto positive = hn::And(ac, hn::Not(hn::Or(ab, bc)));
     if (hn::AllFalse(d, hn::Or(negative, positive))) continue;
@@ -100,7 +140,9 @@ HWY_INLINE Crossings crossings(const WholeCell& cell, VF x, VF y, VF z0) {
     c.far = hn::IfThenElse(leaves, z, c.far);
     c.back = hn::IfThenElse(leaves, s, c.back);
   }
-  c.bad = hn::Or(c.bad, hn::Xor(c.enters, c.leaves));
+  // Too near a line to tell the side in float.
+  const auto unsure = hn::Le(closest, hn::Set(d, WholeCell::unsure));
+  c.bad = hn::Or(c.bad, hn::Or(unsure, hn::Xor(c.enters, c.leaves)));
   return c;
 }
 
@@ -121,13 +163,14 @@ HWY_NOINLINE std::size_t shadeWhole(const TileView& view, const WholeCell& cell,
   const Certificate certificate(view);
   const PieceShare share(view, {cell.bound.data(), cell.bound_count});
   const VF z0 = hn::Set(d, view.z0);
+  const BlockTriangles triangles(cell);
   std::size_t fragments = 0;
   for (int by = cell.blocks.y0; by < cell.blocks.y1; ++by) {
     for (int bx = cell.blocks.x0; bx < cell.blocks.x1; ++bx) {
       for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
         const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
-        if (!pixels.isLive(first)) continue;
-        Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        if (triangles(first) == 0 || !pixels.isLive(first)) continue;
+        Crossings c = crossings<Parallel>(cell, triangles(first), centresX(first), centresY(first), z0);
         auto inside = drawn(share, first, c);
         listPixels(maskBits(c.bad), first, scratch.left_over);
         if (hn::AllFalse(d, inside)) continue;
@@ -169,6 +212,7 @@ void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask
   const Shader<Care::full> shader(cell.look);
   const PieceShare share(view, {cell.bound.data(), cell.bound_count});
   const VF z0 = hn::Set(d, view.z0);
+  const BlockTriangles triangles(cell);
   Pixels& blank = scratch.blank;
   alignas(64) float nears[block_pixels];
   alignas(64) float fars[block_pixels];
@@ -177,8 +221,8 @@ void collectWholeAs(const TileView& view, const WholeCell& cell, const PixelMask
       for (std::size_t sub = 0; sub < block_pixels; sub += lanes) {
         const std::size_t first = static_cast<std::size_t>((by * block_columns + bx) * block_pixels) + sub;
         const unsigned asked = static_cast<unsigned>(wanted[first / block_pixels]) >> (first % block_pixels);
-        if (asked == 0) continue;
-        Crossings c = crossings<Parallel>(cell, centresX(first), centresY(first), z0);
+        if (asked == 0 || triangles(first) == 0) continue;
+        Crossings c = crossings<Parallel>(cell, triangles(first), centresX(first), centresY(first), z0);
         auto inside = drawn(share, first, c);
         listPixels(maskBits(c.bad) & asked, first, scratch.left_over);
         VF near = c.near;
