@@ -126,25 +126,30 @@ HWY_INLINE void setBlockBits(std::size_t i, CellBatch& batch) {
   const auto y0 = number(batch.block_y0), y1 = number(batch.block_y1);
   const auto whole = hn::RebindMask(d, hn::Gt(number(batch.straddles), hn::Zero(di)));
   const auto nothing = hn::RebindMask(di, hn::Or(crossed.all, hn::AndNot(whole, crossed.none)));
-  auto low = hn::Zero(di), high = hn::Zero(di);
-  for (int r = 0; r < block_columns; ++r) {
+  // Row by row of their boxes, as many as the highest has.
+  auto low = hn::Zero(di), high = hn::Zero(di), row = y0;
+  VF r = hn::ConvertTo(d, y0);
+  const std::int32_t rows = hn::GetLane(hn::MaxOfLanes(di, hn::Sub(y1, y0)));
+  for (std::int32_t k = 0; k <= rows; ++k) {
     VF from = x0, to = x1;
     for (const LineV& line : lines) {
-      const VF column = hn::MulAdd(line.slope, hn::Set(d, static_cast<float>(r)), line.at);
+      const VF column = hn::MulAdd(line.slope, r, line.at);
       from = hn::IfThenElse(line.from, hn::Max(from, column), from);
       to = hn::IfThenElse(line.from, to, hn::Min(to, column));
     }
     from = hn::Min(hn::Ceil(hn::IfThenElse(whole, x0, from)), hn::Set(d, static_cast<float>(block_columns)));
     to = hn::Max(hn::Floor(hn::IfThenElse(whole, x1, to)), hn::Set(d, -1.0F));
-    const auto row = hn::Set(di, r);
-    const auto outside = hn::Or(hn::Gt(y0, row), hn::Gt(row, y1));
-    const auto none = hn::Or(hn::RebindMask(di, hn::Gt(from, to)), outside);
-    const auto bits = hn::IfThenZeroElse(none, hn::Sub(hn::Shl(hn::Set(di, 2), hn::ConvertTo(di, to)),
-                                                       hn::Shl(hn::Set(di, 1), hn::ConvertTo(di, from))));
-    auto& half = r < block_columns / 2 ? low : high;
-    half = hn::Or(half, hn::ShiftLeftSame(bits, block_columns * (r % (block_columns / 2))));
+    const auto none = hn::Or(hn::RebindMask(di, hn::Gt(from, to)), hn::Gt(row, y1));
+    const auto before = [&](VF column) HWY_ATTR { return hn::Shl(hn::Set(di, 1), wholeNumber(d, column)); };
+    const auto bits = hn::IfThenZeroElse(none, hn::Sub(before(hn::Add(to, hn::Set(d, 1.0F))), before(from)));
+    static_assert(tile_blocks == 64 && block_columns == 8);
+    const auto in_half = hn::Shl(bits, hn::And(hn::ShiftLeft<3>(row), hn::Set(di, 24)));
+    const auto lower = hn::Gt(hn::Set(di, block_columns / 2), row);
+    low = hn::Or(low, hn::IfThenElseZero(lower, in_half));
+    high = hn::Or(high, hn::IfThenZeroElse(lower, in_half));
+    row = hn::Add(row, hn::Set(di, 1));
+    r = hn::Add(r, hn::Set(d, 1.0F));
   }
-  static_assert(tile_blocks == 64 && block_columns == 8);
   hn::Store(hn::IfThenZeroElse(nothing, low), di, batch.blocks[0] + i);
   hn::Store(hn::IfThenZeroElse(nothing, high), di, batch.blocks[1] + i);
 }

@@ -356,7 +356,7 @@ std::size_t boxes(const Place* places, const mesh::Id* corners, const Box& regio
     const auto none = hn::Or(hn::Gt(a, c), hn::Gt(b, e));
     static_assert(tile_size == 1 << tile_shift);
     const auto tile = [&](VF pixel, VF corner) HWY_ATTR {
-      return hn::BitCast(du, hn::ShiftRight<tile_shift>(hn::ConvertTo(di, hn::Sub(pixel, corner))));
+      return hn::BitCast(du, hn::ShiftRight<tile_shift>(wholeNumber(d, hn::Sub(pixel, corner))));
     };
     auto box = hn::Or(hn::Or(tile(a, x0), hn::ShiftLeft<8>(tile(b, y0))),
                       hn::Or(hn::ShiftLeft<16>(tile(c, x0)), hn::ShiftLeft<24>(tile(e, y0))));

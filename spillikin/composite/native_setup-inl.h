@@ -156,8 +156,8 @@ HWY_INLINE void setBlocks(hn::Vec<DH> lo, hn::Vec<DH> hi, int pixels, std::int32
   const auto empty = hn::Gt(a, b);
   const auto low = hn::IfThenElse(empty, hn::Set(dh, 4.0F), hn::Min(a, end));
   const auto high = hn::IfThenElse(empty, hn::Zero(dh), hn::Max(b, hn::Zero(dh)));
-  hn::Store(hn::ShiftRight<2>(hn::ConvertTo(di, low)), di, first);
-  hn::Store(hn::ShiftRight<2>(hn::ConvertTo(di, high)), di, last);
+  hn::Store(hn::ShiftRight<2>(wholeNumber(dh, low)), di, first);
+  hn::Store(hn::ShiftRight<2>(wholeNumber(dh, high)), di, last);
 }
 
 HWY_INLINE void setExtent(const TileView& view, const Corner (&c)[4], VD depth_lo, std::size_t i, CellBatch& batch) {

@@ -38,6 +38,14 @@ HWY_INLINE V reciprocal(const V& v) {
 #endif
 }
 
+// A whole number from 0 to 2^22: added to 2^23, it lies in a float's last bits, without what a conversion does for
+// numbers that are too large.
+template <class D>
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> wholeNumber(D d, hn::Vec<D> v) {
+  const hn::RebindToSigned<D> di;
+  return hn::And(hn::BitCast(di, hn::Add(v, hn::Set(d, 8388608.0F))), hn::Set(di, (1 << 23) - 1));
+}
+
 // What a segment adds: base * alpha + slope * tint, where the colour is base + slope * value.
 template <class V>
 struct Glow {
