@@ -118,15 +118,17 @@ bool appendLeft(const mesh::Mesh& mesh, const FaceSigns& signs, const LayeredSor
   std::vector<mesh::Id> nodes;
   std::size_t next = 0;
   for (std::uint32_t k = 0; k < left.components.size(); ++k) {
-    left.nodes(k, nodes);
-    if (nodes.size() > 1) {
+    const std::span<const std::uint32_t> component = left.components[k];
+    if (component.size() > 1) {
+      left.nodes(k, nodes);
       nameCycle(nodes, layered, order);
       right = cut[next].exact && right;
       append(cut[next++], order);
       continue;
     }
-    if (layered.parted() != nullptr) layered.parted()->addCut(nodes.front(), order);
-    order.cells.push_back(layered.cell(nodes.front()));
+    const mesh::Id node = left.node[component.front()];
+    if (layered.parted() != nullptr) layered.parted()->addCut(node, order);
+    order.cells.push_back(layered.cell(node));
     order.layer_offset.push_back(static_cast<std::uint32_t>(order.cells.size()));
   }
   return right;

@@ -27,57 +27,66 @@ class Components {
   std::vector<std::uint32_t> node_, begin_{0};
 };
 
-// Tarjan 1972, without recursion. Nodes are 0 .. count - 1; edges(node, f) calls f(successor) for each of its
-// successors and must do so in the same order each time. Returns the components with every edge leading from an earlier
-// component to a later one or staying inside; the nodes of a component ascend. Linear.
+// Tarjan 1972 with one number a node (Pearce 2016), without recursion. Nodes are 0 .. count - 1; edges(node, f) calls
+// f(successor) for each of its successors, once for every node. Returns the components with every edge leading from an
+// earlier component to a later one or staying inside; the nodes of a component ascend. Linear.
 template <class Edges>
 Components strongComponents(std::uint32_t count, const Edges& edges) {
-  constexpr std::uint32_t unseen = 0xFFFFFFFFU;
+  constexpr std::uint32_t unseen = 0, listed = 0xFFFFFFFFU;
   struct Frame {
     std::uint32_t node;
-    std::uint32_t next;   // index into `successors` of the next to look at
-    std::uint32_t begin;  // of this node's successors, which lie on top of the stack of successors
+    std::uint32_t number;  // of nodes in the order in which they are come to, from 1
+    std::uint32_t begin;   // of this node's successors to be looked at, on top of the stack of successors
   };
-  std::vector<std::uint32_t> index(count, unseen), low(count), stack, successors;
-  std::vector<std::uint8_t> on_stack(count, 0);
+  std::vector<std::uint32_t> least(count, unseen);  // number that is known to be reached from a node
+  std::vector<std::uint32_t> waiting;               // nodes done with, whose component is not complete
+  std::vector<std::uint32_t> successors;
   std::vector<Frame> frames;
   Components components;
-  std::uint32_t clock = 0;
+  std::uint32_t number = 0;
   const auto open = [&](std::uint32_t node) {
-    index[node] = low[node] = clock++;
-    stack.push_back(node);
-    on_stack[node] = 1;
+    std::uint32_t low = ++number;
     const auto begin = static_cast<std::uint32_t>(successors.size());
-    edges(node, [&](std::uint32_t next) { successors.push_back(next); });
-    frames.push_back({node, begin, begin});
+    frames.push_back({node, number, begin});
+    least[node] = low;
+    edges(node, [&](std::uint32_t next) {
+      if (least[next] == unseen) {
+        successors.push_back(next);
+      } else {
+        low = std::min(low, least[next]);
+      }
+    });
+    least[node] = low;
+  };
+  const auto close = [&](const Frame& frame) {
+    if (least[frame.node] != frame.number) {
+      waiting.push_back(frame.node);
+      return;
+    }
+    components.add(frame.node);
+    least[frame.node] = listed;
+    for (; !waiting.empty() && least[waiting.back()] >= frame.number; waiting.pop_back()) {
+      components.add(waiting.back());
+      least[waiting.back()] = listed;
+    }
+    components.close();
   };
   for (std::uint32_t root = 0; root < count; ++root) {
-    if (index[root] != unseen) continue;
-    open(root);
+    if (least[root] == unseen) open(root);
     while (!frames.empty()) {
-      Frame& frame = frames.back();
-      const std::uint32_t node = frame.node;
-      if (frame.next < successors.size()) {
-        const std::uint32_t next = successors[frame.next++];
-        if (index[next] == unseen) {
+      const Frame frame = frames.back();
+      if (frame.begin < successors.size()) {
+        const std::uint32_t next = successors.back();
+        if (least[next] == unseen) {
           open(next);
-        } else if (on_stack[next] != 0) {
-          low[node] = std::min(low[node], index[next]);
+          continue;
         }
+        successors.pop_back();
+        least[frame.node] = std::min(least[frame.node], least[next]);
         continue;
       }
-      successors.resize(frame.begin);
       frames.pop_back();
-      if (!frames.empty()) low[frames.back().node] = std::min(low[frames.back().node], low[node]);
-      if (low[node] != index[node]) continue;
-      std::uint32_t member = unseen;
-      while (member != node) {
-        member = stack.back();
-        stack.pop_back();
-        on_stack[member] = 0;
-        components.add(member);
-      }
-      components.close();
+      close(frame);
     }
   }
   return components;
