@@ -653,7 +653,9 @@ CycleCutter::Choice CycleCutter::chooseCut(const Edges& cycle, const std::vector
 bool CycleCutter::isSeen(Polygon polygon) const {
   return seen(polygons_[polygon], viewpoint_, polygons_.tolerance());
 }
+// A shared face is both at once.
 bool CycleCutter::areSeenTogether(Polygon a, Polygon b) const {
+  if (a.begin == b.begin) return isSeen(a);
   return seenTogether(polygons_[a], polygons_[b], viewpoint_, polygons_.tolerance());
 }
 

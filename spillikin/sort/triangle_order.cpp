@@ -115,23 +115,34 @@ int nearerEdge(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s, const
   return orient3d(p, q, r, s) * pq_s;
 }
 
+// A plane through the viewpoint and the edge from p to q, its normal not of length 1, and the height over it that
+// counts as none.
+struct EyePlane {
+  Vec3 normal;
+  double bound;
+  bool firm;  // an edge seen end-on has no plane that rounding leaves in place
+  EyePlane(const Vec3& p, const Vec3& q, const Viewpoint& v, double tolerance) {
+    constexpr double least_sine = 1e-6;
+    const Vec3 e = q - p, sight = v.w == 0.0 ? Vec3(v) : Vec3(v) - p;
+    normal = Vec3(e.y * sight.z - e.z * sight.y, e.z * sight.x - e.x * sight.z, e.x * sight.y - e.y * sight.x);
+    const double length = std::sqrt(dot(normal, normal));
+    firm = length > least_sine * std::sqrt(dot(e, e) * dot(sight, sight));
+    bound = tolerance * length;
+  }
+};
+
 // Does a plane through the viewpoint and an edge of a part them?
 bool apart(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& v, double tolerance) {
   for (std::size_t k = 0; k < a.size(); ++k) {
-    const Vec3 &p = a[k], &q = a[(k + 1) % a.size()];
-    const Vec3 e = q - p, sight = v.w == 0.0 ? Vec3(v) : Vec3(v) - p;
-    const Vec3 n(e.y * sight.z - e.z * sight.y, e.z * sight.x - e.x * sight.z, e.x * sight.y - e.y * sight.x);
-    // An edge seen end-on has no plane that rounding leaves in place.
-    constexpr double least_sine = 1e-6;
-    const double length = std::sqrt(dot(n, n));
-    if (!(length > least_sine * std::sqrt(dot(e, e) * dot(sight, sight)))) continue;
-    const double bound = tolerance * length;
+    const Vec3& p = a[k];
+    const EyePlane plane(p, a[(k + 1) % a.size()], v, tolerance);
+    if (!plane.firm) continue;
     const auto sides = [&](std::span<const Vec3> polygon) {
       bool above = false, below = false;
       for (const Vec3& r : polygon) {
-        const double h = dot(n, r - p);
-        above = above || h > bound;
-        below = below || h < -bound;
+        const double h = dot(plane.normal, r - p);
+        above = above || h > plane.bound;
+        below = below || h < -plane.bound;
       }
       return above && below ? 0 : above ? 1 : below ? -1 : 2;
     };
@@ -154,6 +165,16 @@ bool cross(const Triangle& a, const Triangle& b) {
     if (passesThrough(a[k], a[(k + 1) % 3], b) || passesThrough(b[k], b[(k + 1) % 3], a)) return true;
   }
   return false;
+}
+
+bool seen(std::span<const Vec3> a, const Viewpoint& viewpoint, double tolerance) {
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const Vec3& p = a[k];
+    const EyePlane plane(p, a[(k + 1) % a.size()], viewpoint, tolerance);
+    const auto off = [&](const Vec3& r) { return std::abs(dot(plane.normal, r - p)) > plane.bound; };
+    if (plane.firm && std::none_of(a.begin(), a.end(), off)) return false;
+  }
+  return true;
 }
 
 bool seenTogether(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& viewpoint, double tolerance) {

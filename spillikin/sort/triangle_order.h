@@ -28,9 +28,7 @@ bool cross(const Triangle& a, const Triangle& b);
 // distance), in double. A polygon that is itself seen thinner than that shares nothing.
 bool seenTogether(std::span<const Vec3> a, std::span<const Vec3> b, const Viewpoint& viewpoint, double tolerance);
 // Whether a polygon is seen wider than that.
-inline bool seen(std::span<const Vec3> a, const Viewpoint& viewpoint, double tolerance) {
-  return seenTogether(a, a, viewpoint, tolerance);
-}
+bool seen(std::span<const Vec3> a, const Viewpoint& viewpoint, double tolerance);
 
 // The width below which nothing is ordered: where faces are seen edge-on, their rounded corners overlap by such slivers
 // in either order. A fraction of the polygon's extent, and the rounding of its coordinates.
