@@ -217,6 +217,14 @@ HWY_INLINE void storeForm(const Vec3D& form, std::size_t i, float* x, float* y, 
   hn::Store(hn::DemoteTo(dh, form.z), dh, z + i);
 }
 
+// Where a corner, as far from another one as `way` says, is in the plane of normal n through that one, as good as;
+// `off` is their product.
+HWY_INLINE MD inPlane(const Vec3D& n, const Vec3D& way, VD off) {
+  const VD terms = hn::MulAdd(hn::Abs(n.x), hn::Abs(way.x),
+                              hn::MulAdd(hn::Abs(n.y), hn::Abs(way.y), hn::Mul(hn::Abs(n.z), hn::Abs(way.z))));
+  return hn::Le(hn::Abs(off), hn::Mul(terms, hn::Set(DD(), same_plane)));
+}
+
 // What a cell's faces are held to.
 struct FaceLimits {
   double nearness;       // of the cell
@@ -259,13 +267,16 @@ HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, cons
   const VD steepest = hn::Set(d, frame.steepest * scale);
   const auto slope = [&](VD x, VD y) HWY_ATTR { return hn::Add(hn::Abs(x), hn::Abs(y)); };
   const VD slope1 = slope(plane.x, plane.y);
-  const Vec3D to_f = f - a;
-  const VD off_terms = hn::MulAdd(hn::Abs(n.x), hn::Abs(to_f.x),
-                                  hn::MulAdd(hn::Abs(n.y), hn::Abs(to_f.y), hn::Mul(hn::Abs(n.z), hn::Abs(to_f.z))));
-  const VD off = dot(n, to_f);
-  const MD line =
-      hn::And(hn::Not(hn::Le(slope1, steepest)), hn::Le(hn::Abs(off), hn::Mul(off_terms, hn::Set(d, same_plane))));
-  const VD fold = hn::IfThenZeroElse(line, hn::Mul(quad, hn::Neg(hn::Mul(off, inverse1))));
+  const VD off = dot(n, f - a);
+  VD fold = hn::Mul(quad, hn::Neg(hn::Mul(off, inverse1)));
+  VD second_pivot = pivot2;
+  if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Le(slope1, steepest)))) {
+    const MD line = hn::AndNot(hn::Le(slope1, steepest), inPlane(n, f - a, off));
+    fold = hn::IfThenZeroElse(line, fold);
+    // Which way a line is left says the plane alone that the line is made of.
+    second_pivot = hn::IfThenElse(line, pivot1, pivot2);
+    bits.line |= laneBits(line) << i;
+  }
 
   storeForm(plane, i, cell.plane[0], cell.plane[1], cell.plane[2]);
   storeForm(side, i, cell.side[0], cell.side[1], cell.side[2]);
@@ -290,14 +301,11 @@ HWY_INLINE void setFaces(const SheetFrame& frame, const CornerSet& corners, cons
   const VD slope2 = slope(hn::MulAdd(side.x, fold, plane.x), hn::MulAdd(side.y, fold, plane.y));
   const VD most = hn::Max(slope1, slope2);
   const MD turned = hn::Eq(hn::PromoteTo(d, hn::BitCast(DI(), at.backward)), hn::Set(d, 1.0));
-  // Which way a line is left says the plane alone that the line is made of.
-  const VD second = hn::IfThenElse(line, pivot1, pivot2);
   bits.leaves1 |= laneBits(hn::Xor(hn::Gt(pivot1, hn::Zero(d)), turned)) << i;
-  bits.leaves2 |= laneBits(hn::Xor(hn::Gt(second, hn::Zero(d)), turned)) << i;
+  bits.leaves2 |= laneBits(hn::Xor(hn::Gt(second_pivot, hn::Zero(d)), turned)) << i;
   bits.folded |= laneBits(hn::Gt(folded, hn::Set(d, frame.least_fold * scale))) << i;
   bits.steep |= laneBits(hn::Gt(most, hn::Mul(steepest, hn::Set(d, double{steep_share})))) << i;
   bits.edge_on |= laneBits(hn::Not(hn::Le(most, steepest))) << i;
-  bits.line |= laneBits(line) << i;
 }
 
 // Face f's triangles as a sheet each.
