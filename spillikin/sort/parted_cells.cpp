@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "spillikin/mesh/predicates.h"
+#include "spillikin/sort/convex_polygons.h"
 
 namespace spillikin::sort {
 namespace {
@@ -199,7 +200,7 @@ bool PartedCells::meet(const Sliver& a, const Sliver& b) const {
     if ((((of.out | of.in) >> k) & 1U) == 0) return 0.0;
     const Vec3& p = mesh_.points[vertices[k]];
     const double size = std::abs(p.x) + std::abs(p.y) + std::abs(p.z) + std::abs(s.near.offset);
-    const double h = glm::dot(s.near.normal, p) + s.near.offset + rounding * size;
+    const double h = sort::height(s.near, p) + rounding * size;
     return ((of.out >> k) & 1U) != 0 ? std::max(h, rounding * size) : std::min(h, 0.0);
   };
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -277,7 +278,7 @@ void PartedCells::forEachHalf(mesh::Id node, const F& f) const {
       f(s.near);
       return;
     }
-    f(HalfSpace{-s.near.normal, -s.near.offset});
+    f(opposite(s.near));
   }
 }
 
