@@ -51,6 +51,19 @@ int pastCentre(double hi, int begin, int end) {
   return static_cast<int>(std::clamp(std::floor(hi - 0.5 + box_margin) + 1.0, double(begin), double(end)));
 }
 
+// Whether a triangle may cover a pixel centre of the window: told by the box of its corners' places, of which float
+// keeps far more than the margin.
+bool mayCover(const Screen& screen, const std::array<mesh::Id, 3>& corner, const Box& window) {
+  constexpr float margin = 0.01F;
+  const Place *a = screen.places() + corner[0], *b = screen.places() + corner[1], *c = screen.places() + corner[2];
+  if (a->x == not_a_place || b->x == not_a_place || c->x == not_a_place) return true;
+  const auto apart = [&](float u, float v, float w, int begin, int end) {
+    return std::max({u, v, w}) < static_cast<float>(begin) - margin ||
+           std::min({u, v, w}) > static_cast<float>(end) + margin;
+  };
+  return !apart(a->x, b->x, c->x, window.x0, window.x1) && !apart(a->y, b->y, c->y, window.y0, window.y1);
+}
+
 }  // namespace
 
 // A hull that crosses the eye plane reaches to infinity on the sides where its edges meet that plane.
@@ -87,23 +100,6 @@ Box pixelBox(const Screen& screen, std::span<const mesh::Id> vertices, const Box
   return {firstCentre(extent.x0, window.x0, window.x1), firstCentre(extent.y0, window.y0, window.y1),
           pastCentre(extent.x1, window.x0, window.x1), pastCentre(extent.y1, window.y0, window.y1)};
 }
-
-namespace {
-
-// Whether a triangle may cover a pixel centre of the window: told by the box of its corners' places, of which float
-// keeps far more than the margin.
-bool mayCover(const Screen& screen, const std::array<mesh::Id, 3>& corner, const Box& window) {
-  constexpr float margin = 0.01F;
-  const Place *a = screen.places() + corner[0], *b = screen.places() + corner[1], *c = screen.places() + corner[2];
-  if (a->x == not_a_place || b->x == not_a_place || c->x == not_a_place) return true;
-  const auto apart = [&](float u, float v, float w, int begin, int end) {
-    return std::max({u, v, w}) < static_cast<float>(begin) - margin ||
-           std::min({u, v, w}) > static_cast<float>(end) + margin;
-  };
-  return !apart(a->x, b->x, c->x, window.x0, window.x1) && !apart(a->y, b->y, c->y, window.y0, window.y1);
-}
-
-}  // namespace
 
 void CellShape::set(const Screen& screen, mesh::Id cell, std::span<const sort::HalfSpace> keep, const Box& window) {
   screen_ = &screen;

@@ -35,7 +35,8 @@ struct NearnessRange {
 // Whether on all pixels of the blocks, a bit each, the rays pass the face certainly outside of the cell: nearnessAt(x,
 // y), of pixels' centres, is then beyond the cell's by more than `lost`, all that float may have lost of it.
 template <class NearnessAt>
-HWY_INLINE bool tellsSides(const NearnessAt& nearnessAt, std::uint64_t blocks, const NearnessRange& range, float lost) {
+HWY_INLINE bool passOutside(const NearnessAt& nearnessAt, std::uint64_t blocks, const NearnessRange& range,
+                            float lost) {
   const DF d;
   const VF lo = hn::Set(d, range.lo - lost), hi = hn::Set(d, range.hi + lost);
   auto untold = hn::MaskFromVec(hn::Zero(d));
@@ -61,8 +62,8 @@ HWY_INLINE bool sidesTold(const TileView& view, const CellBatch& batch, std::siz
     const Form form{face[0][i], face[1][i], face[2][i]};
     const float slope = (std::abs(form.x) + std::abs(form.y)) * float{tile_size};
     if (slope <= steepest) return true;
-    return tellsSides([&](const VF& x, const VF& y) HWY_ATTR { return formAt(form, x, y); }, batch.blockBits(i), range,
-                      float_rounding * (slope + std::abs(form.t)));
+    return passOutside([&](const VF& x, const VF& y) HWY_ATTR { return formAt(form, x, y); }, batch.blockBits(i), range,
+                       float_rounding * mostTerms(form));
   });
 }
 

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,6 +28,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 struct Form {
   float x, y, t;
 };
+
+// What its terms add up to at most, anywhere in the tile.
+HWY_INLINE float mostTerms(const Form& form) {
+  return (std::abs(form.x) + std::abs(form.y)) * float{tile_size} + std::abs(form.t);
+}
 
 template <class V>
 HWY_INLINE V formAt(const Form& form, const V& x, const V& y) {

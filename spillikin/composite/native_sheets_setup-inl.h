@@ -27,6 +27,7 @@
 #include "spillikin/composite/native_linear-inl.h"
 #include "spillikin/composite/native_piece_share-inl.h"
 #include "spillikin/composite/native_sheets.h"
+#include "spillikin/composite/native_sheets_crossing-inl.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -351,8 +352,7 @@ HWY_INLINE void addSeconds(unsigned faces, std::uint8_t* out, unsigned& count) {
 
 // Float's rounding of the nearness on sheet k, anywhere on the tile.
 HWY_INLINE float roundingOf(const SheetCell& cell, std::size_t k) {
-  const float slope = std::abs(cell.plane[0][k]) + std::abs(cell.plane[1][k]);
-  return float_rounding * (slope * float{tile_size} + std::abs(cell.plane[2][k]));
+  return float_rounding * mostTerms(sheetForm(cell.plane, k));
 }
 
 // By which sheets the cell is entered and left.
@@ -463,7 +463,7 @@ HWY_INLINE NearnessRange nearnessRange(const SheetFrame& frame, const SheetBatch
 
 // Steep sheets that no pixel's ray meets in the cell need no more care. False where one that is a line on the screen,
 // of the faces `lines`, may be met.
-HWY_INLINE bool tellSides(const NearnessRange& range, float lost, unsigned lines, SheetCell& cell) {
+HWY_INLINE bool settleSteep(const NearnessRange& range, float lost, unsigned lines, SheetCell& cell) {
   std::uint32_t of_gaps = 0, untold = 0;
   for (unsigned k = 0; k < cell.gap_count; ++k)
     of_gaps |= 1U << cell.gap[k].leaves | 1U << cell.gap[k].enters;
@@ -474,9 +474,8 @@ HWY_INLINE bool tellSides(const NearnessRange& range, float lost, unsigned lines
     const auto nearnessAt = [&](const VF& x, const VF& y) HWY_ATTR {
       return hn::MulAdd(fold, hn::Max(formAt(side, x, y), hn::Zero(DF())), formAt(plane, x, y));
     };
-    const auto terms = [](const Form& f) { return (std::abs(f.x) + std::abs(f.y)) * float{tile_size} + std::abs(f.t); };
-    const float off = lost + float_rounding * (terms(plane) + std::abs(cell.fold[k]) * terms(side));
-    if (!tellsSides(nearnessAt, boxBits(cell.blocks), range, off)) untold |= 1U << k;
+    const float off = lost + float_rounding * (mostTerms(plane) + std::abs(cell.fold[k]) * mostTerms(side));
+    if (!passOutside(nearnessAt, boxBits(cell.blocks), range, off)) untold |= 1U << k;
   };
   for (unsigned k = 0; k < cell.entered_count; ++k)
     look(cell.entered[k]);
@@ -507,7 +506,7 @@ HWY_INLINE bool setSheets(const SheetFrame& frame, const FacetTable& table, Face
   if (HWY_UNLIKELY(cell.steep != 0)) {
     float lost = 0.0F;
     const NearnessRange in_cell = nearnessRange(frame, batch, i, lost);
-    if (!tellSides(in_cell, lost, bits.line, cell)) return false;
+    if (!settleSteep(in_cell, lost, bits.line, cell)) return false;
   }
   steady = (bits.unsteady & ~bits.line & table.faces) == 0;
   return cell.entered_count > 0 && cell.left_count > 0;
