@@ -220,6 +220,9 @@ struct CellBatch {
   alignas(64) PerCell<float> half_per_middle;  // half of 1 / middle in perspective, of 1 in a parallel view
   alignas(64) PerCell<float> lo, hi;           // range of the scalar
   alignas(64) PerCell<std::int32_t> first_piece, last_piece;
+  // Where `parts`: the range of the scalar in what lies in the tile, but for rounding (see native_part-inl.h).
+  alignas(64) PerCell<float> part[2];
+  bool parts = false;
   alignas(64) PerCell<float> thickness;  // in depth
   alignas(64) PerCell<float> chord;      // depth that a ray gains in the cell, at most
   // Blocks of pixels that the cell's box touches, first and last; x0 > x1 where there are none. Of these, those with

@@ -17,6 +17,7 @@
 #include "spillikin/composite/native_fit-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_looks-inl.h"
+#include "spillikin/composite/native_part-inl.h"
 #include "spillikin/composite/native_small-inl.h"
 #include "spillikin/composite/native_tiny-inl.h"
 
@@ -129,8 +130,8 @@ HWY_INLINE void setOrigins(const Screen& screen, std::size_t i, CellBatch& batch
   hn::Store(hn::IfThenElse(before(Kind::small_curved), hn::Load(d, batch.tiny_origin + i), at), d, batch.origin + i);
 }
 
-// Whether the rounding of a depth moves the scalar of the cells from i on by next to nothing.
-HWY_INLINE hn::Mask<DF> steadyCells(const TileView& view, std::size_t i, const CellBatch& batch) {
+// By how much the rounding of a depth moves the scalar of the cells from i on, at most.
+HWY_INLINE VF scalarRounding(const TileView& view, std::size_t i, const CellBatch& batch) {
   const DF d;
   const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
   VF steep = hn::Abs(load(batch.apex));
@@ -139,8 +140,46 @@ HWY_INLINE hn::Mask<DF> steadyCells(const TileView& view, std::size_t i, const C
         hn::MulAdd(hn::Add(hn::Abs(load(batch.at[0])), hn::Abs(load(batch.at[1]))),
                    hn::Set(d, static_cast<float>(tile_size)), hn::Abs(hn::Sub(load(batch.at[2]), load(batch.apex))));
   }
-  return hn::Le(hn::Mul(steep, hn::Set(d, view.rounding)),
-                hn::Mul(hn::Set(d, 0.02F), hn::Sub(load(batch.hi), load(batch.lo))));
+  return hn::Mul(steep, hn::Set(d, view.rounding));
+}
+
+// Whether that is next to nothing.
+HWY_INLINE hn::Mask<DF> steadyCells(const TileView& view, std::size_t i, const CellBatch& batch) {
+  const DF d;
+  const VF range = hn::Sub(hn::Load(d, batch.hi + i), hn::Load(d, batch.lo + i));
+  return hn::Le(scalarRounding(view, i, batch), hn::Mul(hn::Set(d, 0.02F), range));
+}
+
+// Leaves the steady cells from i on what lies in the tile of their range, and of the pieces that they reach over.
+HWY_INLINE void narrowRange(const TileView& view, hn::Mask<DF> steady, std::size_t i, CellBatch& batch) {
+  const DF d;
+  const DIF di;
+  const VF whole_lo = hn::Load(d, batch.lo + i), whole_hi = hn::Load(d, batch.hi + i);
+  const VF of_depth = scalarRounding(view, i, batch);
+  const VF of_value = hn::Mul(hn::Set(d, float_rounding), hn::Add(hn::Abs(whole_lo), hn::Abs(whole_hi)));
+  const VF rounding = hn::MulAdd(hn::Set(d, share_rounding), hn::Sub(whole_hi, whole_lo),
+                                 hn::Add(hn::Add(of_depth, of_depth), of_value));
+  const VF part_lo = hn::Sub(hn::Load(d, batch.part[0] + i), rounding);
+  const VF part_hi = hn::Add(hn::Load(d, batch.part[1] + i), rounding);
+  const VF lo = hn::IfThenElse(steady, hn::Clamp(part_lo, whole_lo, whole_hi), whole_lo);
+  const VF hi = hn::IfThenElse(steady, hn::Clamp(part_hi, lo, whole_hi), whole_hi);
+  hn::Store(lo, d, batch.lo + i);
+  hn::Store(hi, d, batch.hi + i);
+  auto first = hn::Load(di, batch.first_piece + i), last = hn::Load(di, batch.last_piece + i);
+  const auto one = hn::Set(di, 1);
+  const auto endOf = [&](hn::Vec<DIF> piece)
+                         HWY_ATTR { return PieceNumbers(*view.screen, piece)(offsetof(Piece, end)); };
+  for (;;) {
+    const auto more = hn::Gt(last, first);
+    const auto above = hn::And(more, hn::RebindMask(di, hn::Lt(endOf(first), lo)));
+    const auto below =
+        hn::And(hn::AndNot(above, more), hn::RebindMask(di, hn::Gt(endOf(hn::Max(hn::Sub(last, one), first)), hi)));
+    if (hn::AllFalse(di, hn::Or(above, below))) break;
+    first = hn::Add(first, hn::IfThenElseZero(above, one));
+    last = hn::Sub(last, hn::IfThenElseZero(below, one));
+  }
+  hn::Store(first, di, batch.first_piece + i);
+  hn::Store(last, di, batch.last_piece + i);
 }
 
 }  // namespace

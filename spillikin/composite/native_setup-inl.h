@@ -22,6 +22,7 @@
 #include "spillikin/composite/native_edge_on-inl.h"
 #include "spillikin/composite/native_kernel.h"
 #include "spillikin/composite/native_kinds-inl.h"
+#include "spillikin/composite/native_part-inl.h"
 #include "spillikin/composite/native_vec3d-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -160,8 +161,14 @@ HWY_INLINE void setBlocks(hn::Vec<DH> lo, hn::Vec<DH> hi, int pixels, std::int32
   hn::Store(hn::ShiftRight<2>(wholeNumber(dh, high)), di, last);
 }
 
-HWY_INLINE void setExtent(const TileView& view, const Corner (&c)[4], VD depth_lo, std::size_t i, CellBatch& batch) {
-  const DD d;
+// The boxes of a vector of cells in pixels, relative to the tile; without bounds where the eye's plane cuts them.
+struct PixelBoxes {
+  VH x0, x1, y0, y1;
+  MH straddles;
+};
+
+HWY_INLINE PixelBoxes setExtent(const TileView& view, const Corner (&c)[4], VD depth_lo, std::size_t i,
+                                CellBatch& batch) {
   const DH dh;
   const DI di;
   hn::Vec<DH> x[4], y[4];
@@ -184,15 +191,62 @@ HWY_INLINE void setExtent(const TileView& view, const Corner (&c)[4], VD depth_l
   const auto highest = [&](const hn::Vec<DH>(&v)[4]) HWY_ATTR {
     return hn::IfThenElse(straddles, hn::Set(dh, 1e9F), hn::Max(hn::Max(v[0], v[1]), hn::Max(v[2], v[3])));
   };
-  setBlocks(lowest(x), highest(x), view.width, batch.block_x0 + i, batch.block_x1 + i);
-  setBlocks(lowest(y), highest(y), view.height, batch.block_y0 + i, batch.block_y1 + i);
+  const PixelBoxes box{lowest(x), highest(x), lowest(y), highest(y), straddles};
+  setBlocks(box.x0, box.x1, view.width, batch.block_x0 + i, batch.block_x1 + i);
+  setBlocks(box.y0, box.y1, view.height, batch.block_y0 + i, batch.block_y1 + i);
   hn::Store(hn::BitCast(di, hn::IfThenElseZero(straddles, hn::Set(dh, 1.0F))), di, batch.straddles + i);
-  (void)d;
+  return box;
 }
 
-// The scalar as a linear function of the ray and the depth along it (see CellBatch).
-HWY_INLINE void setScalar(const TileView& view, const Corner (&c)[4], const Vec3D& n1, const Vec3D& n2, const Vec3D& n3,
-                          const VD& volume, const VD& middle, std::size_t i, CellBatch& batch) {
+// Of a vector of cells, as Corner::p has it.
+struct DepthRange {
+  VD lo, hi;
+};
+
+// When to look for the parts of cells in the tile: of those that reach so many pixels beyond it and have so many in it,
+// where looking saves more than it takes. Both are cycles of a core, roughly: for a vector of cells; and for a pixel of
+// a cell that may then do without bends or an exact series, or become a tiny one.
+struct Narrowing {
+  static constexpr float beyond = 8.0F, pixels = 128.0F;
+  static constexpr float cost = 300.0F, saved_bends = 0.9F, saved_series = 0.12F;
+};
+
+// The cells from i on whose parts are worth looking for.
+HWY_INLINE MH largeCells(const PixelBoxes& box, const DepthRange& depth, std::size_t i, const CellBatch& batch) {
+  const DD d;
+  const DH dh;
+  const DI di;
+  const auto set = [](float v) HWY_ATTR { return hn::Set(DH(), v); };
+  const VH zero = hn::Zero(dh), size = set(static_cast<float>(tile_size)), far = set(Narrowing::beyond);
+  const VH out =
+      hn::Max(hn::Max(hn::Neg(box.x0), hn::Sub(box.x1, size)), hn::Max(hn::Neg(box.y0), hn::Sub(box.y1, size)));
+  const VH pixels = hn::Mul(hn::Sub(hn::Min(box.x1, size), hn::Max(box.x0, zero)),
+                            hn::Sub(hn::Min(box.y1, size), hn::Max(box.y0, zero)));
+  MH large = hn::AndNot(box.straddles, hn::And(hn::Gt(out, far), hn::Gt(pixels, set(Narrowing::pixels))));
+  if (HWY_LIKELY(hn::AllFalse(dh, large))) return large;
+  const VD thickness = hn::Sub(depth.hi, depth.lo), twice_middle = hn::Add(hn::Abs(depth.lo), hn::Abs(depth.hi));
+  const auto deeper = [&](float than) HWY_ATTR {
+    if (batch.parallel) return hn::MaskFromVec(zero);  // such a view knows no share of a distance
+    const VD more = hn::NegMulAdd(twice_middle, hn::Set(d, 0.5 * static_cast<double>(than)), thickness);
+    return hn::Gt(hn::DemoteTo(dh, more), zero);
+  };
+  const auto joints = hn::Sub(hn::Load(di, batch.last_piece + i), hn::Load(di, batch.first_piece + i));
+  const auto more = [&](std::int32_t than) HWY_ATTR { return hn::RebindMask(dh, hn::Gt(joints, hn::Set(di, than))); };
+  large = hn::And(large, hn::Or(deeper(tiny_relative_depth), more(0)));
+  const MH much = hn::Or(deeper(small_relative_depth), more(1));
+  const VH saved = hn::Mul(pixels, hn::IfThenElse(much, set(Narrowing::saved_bends), set(Narrowing::saved_series)));
+  const float all_saved = hn::GetLane(hn::SumOfLanes(dh, hn::IfThenElseZero(large, saved)));
+  return all_saved > Narrowing::cost ? large : hn::MaskFromVec(zero);
+}
+
+// The scalar as a linear function of Corner::p.
+struct ScalarField {
+  Vec3D slope;
+  VD apex;
+};
+
+HWY_INLINE ScalarField scalarField(const Corner (&c)[4], const Vec3D& n1, const Vec3D& n2, const Vec3D& n3,
+                                   const VD& volume) {
   const DD d;
   const VD s0 = hn::PromoteTo(d, c[0].value);
   const VD inverse = hn::Div(hn::Set(d, 1.0), volume);
@@ -201,25 +255,58 @@ HWY_INLINE void setScalar(const TileView& view, const Corner (&c)[4], const Vec3
   const VD a3 = hn::Mul(hn::Sub(hn::PromoteTo(d, c[3].value), s0), inverse);
   const auto mix = [&](VD u, VD v, VD w) HWY_ATTR { return hn::MulAdd(a1, u, hn::MulAdd(a2, v, hn::Mul(a3, w))); };
   const Vec3D g{mix(n1.x, n2.x, n3.x), mix(n1.y, n2.y, n3.y), mix(n1.z, n2.z, n3.z)};
-  const VD apex = hn::Sub(s0, dot(g, c[0].p));
-  if (view.screen->parallel()) {
+  return {g, hn::Sub(s0, dot(g, c[0].p))};
+}
+
+// The same as a function of the ray and the depth along it (see CellBatch).
+HWY_INLINE void setScalar(const ScalarField& field, const VD& middle, std::size_t i, CellBatch& batch) {
+  const auto& [g, apex] = field;
+  storeHalf(hn::MulAdd(g.z, middle, apex), batch.at[2] + i);
+  if (batch.parallel) {
     storeHalf(g.x, batch.at[0] + i);
     storeHalf(g.y, batch.at[1] + i);
-    storeHalf(hn::MulAdd(g.z, middle, apex), batch.at[2] + i);
     storeHalf(hn::Neg(g.z), batch.apex + i);
   } else {
     storeHalf(hn::Mul(g.x, middle), batch.at[0] + i);
     storeHalf(hn::Mul(g.y, middle), batch.at[1] + i);
-    storeHalf(hn::MulAdd(g.z, middle, apex), batch.at[2] + i);
     storeHalf(apex, batch.apex + i);
   }
+}
+
+// The depths of what of the `large` cells lies in the tile, and of all of the others; sets CellBatch::part.
+HWY_NOINLINE DepthRange partOf(const TileView& view, const Corner (&c)[4], const ScalarField& field, MH large,
+                               const DepthRange& whole, std::size_t i, CellBatch& batch) {
+  const DD d;
+  const DH dh;
+  const auto half = [](VD v) HWY_ATTR { return hn::DemoteTo(DH(), v); };
+  PartCorner corner[4];
+  for (std::size_t k = 0; k < 4; ++k)
+    corner[k] = {half(c[k].p.x), half(c[k].p.y), half(c[k].p.z), c[k].value};
+  TilePart part(view, corner, batch.parallel);
+  part.takeRays({half(field.slope.x), half(field.slope.y), half(field.slope.z), half(field.apex)}, i, batch);
+  const MH known = hn::And(large, hn::Le(part.depth.lo, part.depth.hi));
+  hn::BlendedStore(part.value.lo, known, dh, batch.part[0] + i);
+  hn::BlendedStore(part.value.hi, known, dh, batch.part[1] + i);
+  batch.parts = true;
+  const VH largest = hn::Max(hn::Abs(part.depth.lo), hn::Abs(part.depth.hi));
+  const VH rounding = hn::MulAdd(hn::Set(dh, share_rounding), half(hn::Sub(whole.hi, whole.lo)),
+                                 hn::Mul(hn::Set(dh, float_rounding), largest));
+  const VD least = hn::PromoteTo(d, hn::Sub(part.depth.lo, rounding));
+  const VD most = hn::PromoteTo(d, hn::Add(part.depth.hi, rounding));
+  const MD in_part = hn::Gt(hn::PromoteTo(d, hn::IfThenElseZero(known, hn::Set(dh, 1.0F))), hn::Zero(d));
+  return {hn::IfThenElse(in_part, hn::Max(whole.lo, least), whole.lo),
+          hn::IfThenElse(in_part, hn::Min(whole.hi, most), whole.hi)};
 }
 
 HWY_INLINE void setRange(const Corner (&c)[4], std::size_t i, CellBatch& batch) {
   const DH dh;
   const DI di;
-  hn::Store(hn::Min(hn::Min(c[0].value, c[1].value), hn::Min(c[2].value, c[3].value)), dh, batch.lo + i);
-  hn::Store(hn::Max(hn::Max(c[0].value, c[1].value), hn::Max(c[2].value, c[3].value)), dh, batch.hi + i);
+  const VH least = hn::Min(hn::Min(c[0].value, c[1].value), hn::Min(c[2].value, c[3].value));
+  const VH most = hn::Max(hn::Max(c[0].value, c[1].value), hn::Max(c[2].value, c[3].value));
+  hn::Store(least, dh, batch.lo + i);
+  hn::Store(most, dh, batch.hi + i);
+  hn::Store(least, dh, batch.part[0] + i);
+  hn::Store(most, dh, batch.part[1] + i);
   hn::Store(hn::Min(hn::Min(c[0].piece, c[1].piece), hn::Min(c[2].piece, c[3].piece)), di, batch.first_piece + i);
   hn::Store(hn::Max(hn::Max(c[0].piece, c[1].piece), hn::Max(c[2].piece, c[3].piece)), di, batch.last_piece + i);
 }
@@ -253,6 +340,7 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
   for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
     const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + i); };
     const auto steady = steadyCells(view, i, batch);
+    if (batch.parts && !view.peaks) narrowRange(view, steady, i, batch);
     VF steepest = hn::Set(d, view.steepest);
     if (view.relative) steepest = hn::Mul(hn::Add(steepest, steepest), load(batch.half_per_middle));
     const auto flat_on = hn::Le(load(batch.slope), steepest);
@@ -293,6 +381,7 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
   const DD d;
   const DI di;
   batch.parallel = screen.parallel();
+  batch.parts = false;
   batch.eye_nearness = static_cast<float>(nearness_limit * view.nearness_scale);
   sortCorners(screen, cells, batch);
   gatherCorners(screen, cells, batch);
@@ -322,20 +411,24 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
         hn::Add(hn::IfThenElseZero(leaves2, hn::Set(d, 4.0)), hn::IfThenZeroElse(enters3, hn::Set(d, 8.0)));
     hn::Store(hn::DemoteTo(di, hn::Add(code01, code23)), di, batch.code + i);
 
-    const VD depth_lo = hn::Min(hn::Min(c[0].w, c[1].w), hn::Min(c[2].w, c[3].w));
-    const VD depth_hi = hn::Max(hn::Max(c[0].w, c[1].w), hn::Max(c[2].w, c[3].w));
-    setExtent(view, c, depth_lo, i, batch);
+    DepthRange depth{hn::Min(hn::Min(c[0].p.z, c[1].p.z), hn::Min(c[2].p.z, c[3].p.z)),
+                     hn::Max(hn::Max(c[0].p.z, c[1].p.z), hn::Max(c[2].p.z, c[3].p.z))};
+    const PixelBoxes box = setExtent(view, c, depth.lo, i, batch);
     setRange(c, i, batch);
+    const MH large = largeCells(box, depth, i, batch);
     const VD volume = dot(n3, e3);
+    const ScalarField field = scalarField(c, n1, n2, n3, volume);
+    if (!hn::AllFalse(DH(), large)) depth = partOf(view, c, field, large, depth, i, batch);
     const auto areaOf = [&](std::size_t k, const FaceSide& side)
                             HWY_ATTR { return batch.parallel ? side.area : hn::Mul(side.area, c[k].w); };
     const VD outline =
         hn::Add(hn::Add(hn::IfThenZeroElse(leaves0, areaOf(0, side0)), hn::IfThenElseZero(enters1, areaOf(1, side1))),
                 hn::Add(hn::IfThenZeroElse(leaves2, areaOf(2, side2)), hn::IfThenElseZero(enters3, areaOf(3, side3))));
     const VD extent = longestExtent(volume, outline, i, batch);
+    const auto [depth_lo, depth_hi] = depth;
     if (batch.parallel) {
-      const VD middle = hn::Sub(hn::Mul(hn::Add(depth_lo, depth_hi), hn::Set(d, 0.5)), hn::Set(d, screen.depths().z0));
-      setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
+      const VD middle = hn::Mul(hn::Add(depth_lo, depth_hi), hn::Set(d, 0.5));
+      setScalar(field, middle, i, batch);
       storeHalf(hn::Neg(middle), batch.middle_nearness + i);
       storeHalf(hn::Set(d, 0.5), batch.half_per_middle + i);
       const VD thickness = hn::Sub(depth_hi, depth_lo);
@@ -345,7 +438,7 @@ HWY_NOINLINE void setUp(const TileView& view, std::span<const Entry> cells, std:
       const VD front = hn::Max(depth_lo, hn::Zero(d));
       const VD middle = hn::Mul(hn::Add(front, depth_hi), hn::Set(d, 0.5));
       const VD per_middle = hn::Div(hn::Set(d, 1.0), middle);
-      setScalar(view, c, n1, n2, n3, volume, middle, i, batch);
+      setScalar(field, middle, i, batch);
       storeHalf(hn::Sub(per_middle, hn::Set(d, screen.depths().z0)), batch.middle_nearness + i);
       storeHalf(hn::Mul(per_middle, hn::Set(d, 0.5)), batch.half_per_middle + i);
       const VD thickness = hn::Sub(depth_hi, front);
