@@ -253,6 +253,55 @@ TEST(CompositeNative, LargeCellsAmongSmallOnes) {
   expectExact(s, view, sort::Algorithm::centroid);
 }
 
+// How far a pixel's colour, freed of its opacity, is from all that the function shows between two values.
+double outOfRange(const integrate::TransferFunction& tf, const float* pixel, double lo, double hi) {
+  const double opacity = pixel[3];
+  double worst = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    double least = 1.0, most = 0.0;
+    for (int k = 0; k <= 400; ++k) {
+      const double color = tf(lo + (hi - lo) * k / 400).color[static_cast<std::size_t>(c)];
+      least = std::min(least, color);
+      most = std::max(most, color);
+    }
+    worst = std::max({worst, pixel[c] - most * opacity, least * opacity - pixel[c]});
+  }
+  return worst;
+}
+
+// A cell so flat that the rounding of depths in float moves the scalar out of the cell's range shows no colour that the
+// range does not have. Flat cells of all thicknesses, seen from all around; another cell widens the field's range.
+TEST(CompositeNative, FlatCellsKeepTheirRange) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (double thickness = 1e-2; thickness > 5e-7; thickness *= 0.1) {
+    SCOPED_TRACE(thickness);
+    const mesh::Source flat = oneCell(mesh::vtk_cell::tetra, {{0.0, 0.0, 0.0},
+                                                              {1.0, 0.0, thickness * unit(random)},
+                                                              {1.0, 1.0, thickness * unit(random)},
+                                                              {0.0, 1.0, -thickness}});
+    mesh::Source source = join(flat, oneCell(mesh::vtk_cell::tetra, {{30, 0, 0}, {31, 0, 0}, {30, 1, 0}, {30, 0, 1}}));
+    addPointArray(source, "level", [](const Vec3& p) { return p.x > 2.0 ? p.x - 30.0 : 0.45 + 0.15 * p.x * p.y; });
+    const Subject s(source, "level", "viridis", 0.3 / thickness);
+    for (const Vec3 from : {Vec3(0.1, 0.2, 1.0), Vec3(0.8, 0.3, -0.4)}) {
+      View view = viewOf(s, from, 60, 60);
+      view.target = {0.5, 0.5, 0.0};
+      view.eye = view.target + 3.0 * from;
+      Image image;
+      drawWith(*composite::makeNative(), s, view, orderOf(s, view), image);
+      double outside = 0.0, opaque = 0.0;
+      for (int y = 0; y < view.height; ++y) {
+        for (int x = 0; x < view.width; ++x) {
+          outside = std::max(outside, outOfRange(s.tf, image.pixel(x, y), 0.45, 0.6));
+          opaque = std::max<double>(opaque, image.pixel(x, y)[3]);
+        }
+      }
+      EXPECT_LE(outside, 0.15 * step);
+      EXPECT_GE(opaque, 0.03);
+    }
+  }
+}
+
 TEST(CompositeNative, CellFields) {
   mesh::Source source = delaunayCube(150, 13);
   addCellArray(source, "material", [](const Vec3& p) { return p.x > 0.5 ? 2.0 : p.y > 0.5 ? 1.0 : 0.0; });

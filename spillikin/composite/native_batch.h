@@ -146,6 +146,7 @@ enum class Kind : std::int32_t {
   long3,
   long4,
   longs,
+  kept,  // as any of these, with the scalar kept within the cell's range, which rounding moves it out of
   cut,
   cuts,
   deep,

@@ -33,13 +33,17 @@ HWY_INLINE bool limited(const TileView& view, const CellBatch& batch, std::size_
   return view.clipped || batch.straddles[i] != 0;
 }
 
-// What checks and shades the fragments of a cell, from where they begin and end.
-template <bool Parallel, class S>
+// What checks and shades the fragments of a cell, from where they begin and end; `kept`, the scalar is not let out of
+// the cell's range.
+template <bool Parallel, class S, bool kept = false>
 class Shading {
  public:
   static constexpr bool short_chain = false;
   HWY_INLINE Shading(const TileView& view, const CellBatch& batch, std::size_t i)
-      : shader_(batch.look(view.screen->pieces().data(), i)), rays_(view, batch, i, shader_.anchor()) {}
+      : shader_(batch.look(view.screen->pieces().data(), i)),
+        rays_(view, batch, i, shader_.anchor()),
+        lo_(hn::Set(DF(), batch.lo[i] - shader_.anchor())),
+        hi_(hn::Set(DF(), batch.hi[i] - shader_.anchor())) {}
 
   template <class V, class M, class At>
   HWY_INLINE void check(const Certificate& certificate, const V& near, const V& far, const M& inside, const At& first,
@@ -50,12 +54,15 @@ class Shading {
   template <class V, class M, class At>
   HWY_INLINE void blend(const Crossed<V>& ray, const M& inside, const At& first, Pixels& pixels) const {
     const V unit = wide::load(pixels.length.data(), first);
-    shader_.blend(rays_(ray, inside, unit), first, pixels);
+    SegmentOf<V> segment = rays_(ray, inside, unit);
+    if constexpr (kept) segment = segment.within(lo_, hi_);
+    shader_.blend(segment, first, pixels);
   }
 
  private:
   S shader_;
   Rays<Parallel> rays_;
+  VF lo_, hi_;
 };
 
 // One cell onto the pixels. Returns its fragments.
@@ -114,6 +121,8 @@ HWY_INLINE std::size_t paintKind(const TileView& view, const CellForms& forms, c
       return by(std::type_identity<StraightShader<ForwardSeries, 4>>());
     case Kind::longs:
       return by(std::type_identity<Shader<Care::long_bends>>());
+    case Kind::kept:
+      return paint(std::type_identity<Shading<Parallel, Shader<Care::long_bends>, true>>());
     case Kind::cut:
       return by(std::type_identity<Shader<Care::cut>>());
     case Kind::cuts:
@@ -290,6 +299,7 @@ void collectAny(const TileView& view, const CellBatch& batch, std::size_t i, std
       return collectCell<Parallel, Care::cuts>(view, batch, i, n, wanted, pixels, scratch, out);
     case Kind::deep:
       return collectCell<Parallel, Care::deep>(view, batch, i, n, wanted, pixels, scratch, out);
+    case Kind::kept:
     case Kind::full:
       return collectCell<Parallel, Care::full>(view, batch, i, n, wanted, pixels, scratch, out);
     case Kind::peak:  // needs no order

@@ -330,8 +330,8 @@ HWY_NOINLINE void gatherCorners(const Screen& screen, std::span<const Entry> cel
   }
 }
 
-// A cell so flat that the rounding of a depth moves the scalar noticeably takes full care; one with a face seen edge-on
-// is handed back where float does not tell the face's sides.
+// A cell so flat that the rounding of a depth moves the scalar noticeably has it kept within its range; one with a face
+// seen edge-on is handed back where float does not tell the face's sides.
 HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& batch) {
   const DF d;
   const DIF di;
@@ -347,7 +347,8 @@ HWY_NOINLINE void setKinds(const TileView& view, std::size_t count, CellBatch& b
     const VF length = hn::Mul(load(batch.chord), hn::Set(d, view.longest));
     hn::Mask<DF> decided;
     auto kind = straightKinds(view, length, i, batch, decided);
-    kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, kindNumber(Kind::full));
+    const auto unsteady = hn::IfThenElse(hn::RebindMask(di, decided), kindNumber(Kind::kept), kindNumber(Kind::full));
+    kind = hn::IfThenElse(hn::RebindMask(di, steady), kind, unsteady);
     kind = hn::IfThenElse(peaks, kindNumber(Kind::peak), kind);
     // A peak has no range of depths to lose the rounding in.
     const auto lost = hn::And(peaks, hn::RebindMask(di, hn::Not(steady)));

@@ -48,6 +48,13 @@ template <class V>
 struct SegmentOf {
   V mean, half;
   V length;
+
+  // With the scalar kept within bounds.
+  HWY_INLINE SegmentOf within(VF lo, VF hi) const {
+    const VF by_two = hn::Set(DF(), 0.5F);
+    const V front = wide::Clamp(wide::Sub(mean, half), lo, hi), back = wide::Clamp(wide::Add(mean, half), lo, hi);
+    return {wide::Mul(wide::Add(front, back), by_two), wide::Mul(wide::Sub(back, front), by_two), length};
+  }
 };
 using Segment = SegmentOf<VF>;
 

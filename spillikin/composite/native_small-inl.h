@@ -34,9 +34,9 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// What the series may leave out of a colour: a tenth of a display step if every fragment erred at its worst and to the
+// What the series may leave out of a colour: a fifth of a display step if every fragment erred at its worst and to the
 // same side.
-constexpr float small_left_out = 4e-4F;
+constexpr float small_left_out = 8e-4F;
 // An optical depth m that is off by a share of it moves the opacity by that times m exp(-m), at most this.
 constexpr float opacity_of_depth = 0.37F;
 // A cell's depth as a share of its distance, at most: of depths, its cube is left out.
