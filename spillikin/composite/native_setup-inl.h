@@ -161,12 +161,6 @@ HWY_INLINE void setBlocks(hn::Vec<DH> lo, hn::Vec<DH> hi, int pixels, std::int32
   hn::Store(hn::ShiftRight<2>(wholeNumber(dh, high)), di, last);
 }
 
-// The boxes of a vector of cells in pixels, relative to the tile; without bounds where the eye's plane cuts them.
-struct PixelBoxes {
-  VH x0, x1, y0, y1;
-  MH straddles;
-};
-
 HWY_INLINE PixelBoxes setExtent(const TileView& view, const Corner (&c)[4], VD depth_lo, std::size_t i,
                                 CellBatch& batch) {
   const DH dh;
@@ -196,47 +190,6 @@ HWY_INLINE PixelBoxes setExtent(const TileView& view, const Corner (&c)[4], VD d
   setBlocks(box.y0, box.y1, view.height, batch.block_y0 + i, batch.block_y1 + i);
   hn::Store(hn::BitCast(di, hn::IfThenElseZero(straddles, hn::Set(dh, 1.0F))), di, batch.straddles + i);
   return box;
-}
-
-// Of a vector of cells, as Corner::p has it.
-struct DepthRange {
-  VD lo, hi;
-};
-
-// When to look for the parts of cells in the tile: of those that reach so many pixels beyond it and have so many in it,
-// where looking saves more than it takes. Both are cycles of a core, roughly: for a vector of cells; and for a pixel of
-// a cell that may then do without bends or an exact series, or become a tiny one.
-struct Narrowing {
-  static constexpr float beyond = 8.0F, pixels = 128.0F;
-  static constexpr float cost = 300.0F, saved_bends = 0.9F, saved_series = 0.12F;
-};
-
-// The cells from i on whose parts are worth looking for.
-HWY_INLINE MH largeCells(const PixelBoxes& box, const DepthRange& depth, std::size_t i, const CellBatch& batch) {
-  const DD d;
-  const DH dh;
-  const DI di;
-  const auto set = [](float v) HWY_ATTR { return hn::Set(DH(), v); };
-  const VH zero = hn::Zero(dh), size = set(static_cast<float>(tile_size)), far = set(Narrowing::beyond);
-  const VH out =
-      hn::Max(hn::Max(hn::Neg(box.x0), hn::Sub(box.x1, size)), hn::Max(hn::Neg(box.y0), hn::Sub(box.y1, size)));
-  const VH pixels = hn::Mul(hn::Sub(hn::Min(box.x1, size), hn::Max(box.x0, zero)),
-                            hn::Sub(hn::Min(box.y1, size), hn::Max(box.y0, zero)));
-  MH large = hn::AndNot(box.straddles, hn::And(hn::Gt(out, far), hn::Gt(pixels, set(Narrowing::pixels))));
-  if (HWY_LIKELY(hn::AllFalse(dh, large))) return large;
-  const VD thickness = hn::Sub(depth.hi, depth.lo), twice_middle = hn::Add(hn::Abs(depth.lo), hn::Abs(depth.hi));
-  const auto deeper = [&](float than) HWY_ATTR {
-    if (batch.parallel) return hn::MaskFromVec(zero);  // such a view knows no share of a distance
-    const VD more = hn::NegMulAdd(twice_middle, hn::Set(d, 0.5 * static_cast<double>(than)), thickness);
-    return hn::Gt(hn::DemoteTo(dh, more), zero);
-  };
-  const auto joints = hn::Sub(hn::Load(di, batch.last_piece + i), hn::Load(di, batch.first_piece + i));
-  const auto more = [&](std::int32_t than) HWY_ATTR { return hn::RebindMask(dh, hn::Gt(joints, hn::Set(di, than))); };
-  large = hn::And(large, hn::Or(deeper(tiny_relative_depth), more(0)));
-  const MH much = hn::Or(deeper(small_relative_depth), more(1));
-  const VH saved = hn::Mul(pixels, hn::IfThenElse(much, set(Narrowing::saved_bends), set(Narrowing::saved_series)));
-  const float all_saved = hn::GetLane(hn::SumOfLanes(dh, hn::IfThenElseZero(large, saved)));
-  return all_saved > Narrowing::cost ? large : hn::MaskFromVec(zero);
 }
 
 // The scalar as a linear function of Corner::p.
@@ -291,11 +244,10 @@ HWY_NOINLINE DepthRange partOf(const TileView& view, const Corner (&c)[4], const
   const VH largest = hn::Max(hn::Abs(part.depth.lo), hn::Abs(part.depth.hi));
   const VH rounding = hn::MulAdd(hn::Set(dh, share_rounding), half(hn::Sub(whole.hi, whole.lo)),
                                  hn::Mul(hn::Set(dh, float_rounding), largest));
-  const VD least = hn::PromoteTo(d, hn::Sub(part.depth.lo, rounding));
-  const VD most = hn::PromoteTo(d, hn::Add(part.depth.hi, rounding));
-  const MD in_part = hn::Gt(hn::PromoteTo(d, hn::IfThenElseZero(known, hn::Set(dh, 1.0F))), hn::Zero(d));
-  return {hn::IfThenElse(in_part, hn::Max(whole.lo, least), whole.lo),
-          hn::IfThenElse(in_part, hn::Min(whole.hi, most), whole.hi)};
+  // Where nothing is known, as if the part had no bounds.
+  const VH least = hn::IfThenElse(known, hn::Sub(part.depth.lo, rounding), hn::Set(dh, -no_bound));
+  const VH most = hn::IfThenElse(known, hn::Add(part.depth.hi, rounding), hn::Set(dh, no_bound));
+  return {hn::Max(whole.lo, hn::PromoteTo(d, least)), hn::Min(whole.hi, hn::PromoteTo(d, most))};
 }
 
 HWY_INLINE void setRange(const Corner (&c)[4], std::size_t i, CellBatch& batch) {
